@@ -1,0 +1,51 @@
+# demslam_module(NAME [DEPENDS module...] [PUBLIC library...] [PRIVATE library...])
+#
+# One folder src/demslam/NAME = one target demslam_NAME (demslam::NAME for those who install).
+# Sources are every *.cpp of the folder; *_test.cpp go into the test program demslam_NAME_test.
+# DEPENDS names modules of lower floors (tests/architecture checks the includes against the floors).
+function(demslam_module NAME)
+  cmake_parse_arguments(ARG "" "" "DEPENDS;PUBLIC;PRIVATE" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${NAME}/*.cpp)
+  set(tests ${sources})
+  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+  list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
+  list(TRANSFORM ARG_DEPENDS PREPEND demslam_)
+
+  set(target demslam_${NAME})
+  if(sources)
+    add_library(${target} STATIC ${sources})
+    target_link_libraries(${target} PUBLIC ${ARG_DEPENDS} ${ARG_PUBLIC}
+                                    PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:demslam_build_flags>)
+    set(scope PUBLIC)
+  else()
+    add_library(${target} INTERFACE)
+    target_link_libraries(${target} INTERFACE ${ARG_DEPENDS} ${ARG_PUBLIC})
+    set(scope INTERFACE)
+  endif()
+  add_library(demslam::${NAME} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${NAME})
+  target_compile_features(${target} ${scope} cxx_std_20)
+  target_include_directories(${target} ${scope} $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
+                                                $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  set_property(GLOBAL APPEND PROPERTY DEMSLAM_MODULES ${target})
+
+  if(DEMSLAM_BUILD_TESTS AND tests)
+    demslam_test(${target}_test SOURCES ${tests} LIBRARIES ${target} ${ARG_PRIVATE})
+  endif()
+endfunction()
+
+# demslam_test(NAME SOURCES file... LIBRARIES target...): one GoogleTest program, each TEST a ctest entry.
+function(demslam_test NAME)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  find_package(GTest REQUIRED)
+  include(GoogleTest)
+  add_executable(${NAME} ${ARG_SOURCES})
+  target_link_libraries(${NAME} PRIVATE ${ARG_LIBRARIES} GTest::gtest_main GTest::gmock demslam_build_flags)
+  target_compile_definitions(${NAME} PRIVATE
+    DEMSLAM_SOURCE_DIR="${PROJECT_SOURCE_DIR}" DEMSLAM_SHARED_DIR="${DEMSLAM_SHARED_DIR}")
+  gtest_discover_tests(${NAME} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+endfunction()
+
+set(DEMSLAM_SHARED_DIR "${PROJECT_SOURCE_DIR}/../shared" CACHE PATH
+    "Folder with the reference models/ and data/ that some tests read (skipped where missing)")
+enable_testing()

@@ -1,0 +1,44 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "demslam/base/error.h"
+#include "demslam/base/random.h"
+#include "demslam/base/sha256.h"
+
+namespace demslam {
+namespace {
+
+TEST(Error, NamesFileAndLine) { EXPECT_STREQ(Error::at("a.toml", 3, "no such key").what(), "a.toml:3: no such key"); }
+
+TEST(Random, IsTheSameForTheSameSeedAndStream) {
+  Random a(7, 1), b(7, 1), c(7, 2);
+  const auto first = a.next();
+  EXPECT_EQ(first, b.next());
+  EXPECT_NE(first, c.next());
+}
+
+TEST(Random, NormalHasUnitVarianceAndZeroMean) {
+  Random random(1);
+  double sum = 0.0, square = 0.0;
+  constexpr int n = 200000;
+  for (int i = 0; i < n; ++i) {
+    const double x = random.normal();
+    sum += x;
+    square += x * x;
+  }
+  EXPECT_NEAR(sum / n, 0.0, 0.01);
+  EXPECT_NEAR(square / n, 1.0, 0.02);
+}
+
+TEST(Sha256, KnowsThePublishedDigestOfAbc) {
+  EXPECT_EQ(sha256_of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(Sha256, RefusesAFileThatIsNotThere) {
+  EXPECT_THROW({ auto digest = sha256_of_file("/no/such/file"); }, Error);
+}
+
+}  // namespace
+}  // namespace demslam
