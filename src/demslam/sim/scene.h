@@ -1,0 +1,106 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace demslam {
+
+enum class Relief { flat, mare, mid, highland };
+enum class Photometry { lambert, lunar_lambert, hapke };
+enum class RouteKind { straight, loop, waypoints };
+
+/// The rendered ground: a base surface (a DEM file, or generated), and everything finer than it, which is always generated.
+struct TerrainOptions {
+  std::filesystem::path dem;         ///< empty: the base is generated
+  Relief relief = Relief::highland;  ///< amplitude of the generated relief, fine relief included
+  double size_m = 500.0;             ///< side of a generated base, centred on the map's origin
+  double hurst = 0.85;               ///< fractal exponent: the amplitude of a wavelength L grows as L^hurst
+  double roughness = 1.0;            ///< multiplies the relief's fractal amplitude
+  double crater_density = 1.0;       ///< 1: the equilibrium population, N(>D) = 0.079 D^-2 per square metre
+  double rock_abundance = 0.03;      ///< area fraction covered by rocks (Golombek's k); 0: none
+  double rock_max_m = 1.5;           ///< largest diameter
+  double rock_clearance_m = 0.9;     ///< no rock higher than the rover's belly is closer to its route
+};
+
+struct LightOptions {
+  double sun_elevation_deg = 25.0;
+  double sun_azimuth_deg = 60.0;  ///< from East towards North, as the heading; light comes from there
+  Photometry photometry = Photometry::hapke;
+  double albedo = 0.12;           ///< normal albedo of the regolith
+};
+
+struct CameraOptions {
+  int width_px = 1024, height_px = 1024;
+  double horizontal_fov_deg = 90.0;  ///< focal length = width / 2 / tan(fov / 2); principal point in the image's middle
+  double baseline_m = 0.31;
+  double forward_m = 1.0;            ///< left camera in the body: this far ahead of the ground contact point,
+  double height_m = 1.5;             ///< this high, and half a baseline to the left
+  double pitch_down_deg = 20.0;
+  double exposure = 0.0;             ///< grey value per unit of reflected radiance (I/F); 0: from the first frame, then kept
+  double gamma = 2.0;                ///< grey = 255 (exposed radiance)^(1/gamma); 2 is the square-root table of flight cameras
+  double full_well_e = 12000.0;      ///< electrons at white, sets the photon noise
+  double read_noise_e = 20.0;        ///< electrons; with full_well_e = 0 there is no noise
+  double blur_px = 0.5;              ///< sigma of the point-spread function; 0: none
+  int samples_per_axis = 1;          ///< n x n rays per pixel
+};
+
+struct RoverOptions {
+  RouteKind route = RouteKind::straight;
+  Eigen::Vector2d start_m = Eigen::Vector2d::Zero();  ///< map position of the first pose (straight, loop)
+  double heading_deg = 0.0;                           ///< of the first pose, from East towards North
+  double length_m = 150.0;                            ///< driven distance; a loop closes after it and goes 3 % further
+  std::vector<Eigen::Vector2d> waypoints_m;           ///< for route = "waypoints": a smooth curve through them
+  double speed_m_per_s = 0.5;
+  double frame_rate_hz = 1.0;
+  double wheelbase_m = 1.2, track_m = 1.0;            ///< four contact points around the body's origin
+};
+
+/// The elevation map that the mission has: the rendered ground as an orbiter would have measured it.
+struct DemProductOptions {
+  double cell_m = 5.0;
+  double noise_rms_m = 0.5;
+  double correlation_m = 10.0;                        ///< noise correlation exp(-d^2 / (2 L^2))
+  double bias_m = 0.0;
+  Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();  ///< the product shows the ground of (x, y) at (x, y) + shift
+  double margin_m = 250.0;                            ///< around the route, as far as the base surface goes
+};
+
+/// What the mission believes of the first pose, and how far that is from the truth.
+struct StartOptions {
+  Eigen::Vector3d error_m = Eigen::Vector3d::Zero();  ///< added to the true position, map frame
+  double heading_error_deg = 0.0;
+  double sigma_position_m = 0.5;
+  double sigma_rotation_deg = 0.5;
+};
+
+struct OutputOptions {
+  bool depth = true;
+};
+
+/// A whole simulated mission. The defaults are a valid scene; a file changes single values (scene_fields.h lists them).
+struct SceneOptions {
+  std::uint64_t seed = 1;
+  TerrainOptions terrain;
+  LightOptions light;
+  CameraOptions camera;
+  RoverOptions rover;
+  DemProductOptions dem_product;
+  StartOptions start;
+  OutputOptions output;
+};
+
+/// Reads a scene TOML. Throws Error with file and line: unknown key, wrong type, value out of range, sun below the horizon.
+/// A relative terrain.dem is taken relative to the file's folder.
+SceneOptions read_scene(const std::filesystem::path& file);
+
+/// The effective scene, every field; reads back to the same options.
+std::string scene_toml(const SceneOptions& scene);
+
+/// Throws Error when a value is out of range; `source` names the scene in the message.
+void check_scene(const SceneOptions& scene, const std::string& source);
+
+}  // namespace demslam
