@@ -8,12 +8,14 @@
 
 namespace demslam {
 
+using DescriptorRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// Keypoints of one image with their descriptors, one row each.
 struct Features {
-  int image_width = 0, image_height = 0;                 ///< pixels; matchers normalise with it
-  std::vector<Eigen::Vector2f> keypoints;                ///< (u, v) pixels, sub-pixel; centre of the first pixel is (0, 0)
-  std::vector<float> scores;                             ///< larger is better
-  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> descriptors;  ///< keypoints.size() x width, unit rows
+  int image_width = 0, image_height = 0;   ///< pixels; matchers normalise with it
+  std::vector<Eigen::Vector2f> keypoints;  ///< (u, v) pixels, sub-pixel; centre of the first pixel is (0, 0)
+  std::vector<float> scores;               ///< larger is better
+  DescriptorRows descriptors;              ///< keypoints.size() x width, unit rows
 
   std::size_t size() const { return keypoints.size(); }
 };
