@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -10,21 +9,26 @@
 
 namespace demslam {
 
-/// Height and its gradient at a map position (mathematics.md, "DEM").
+/// Height and its derivatives at a map position (docs/conventions.md, "DEM").
 struct DemSample {
   double height_m = 0.0;
   Eigen::Vector2d gradient = Eigen::Vector2d::Zero();  ///< dh/dx, dh/dy
-  Eigen::Matrix2d hessian = Eigen::Matrix2d::Zero();   ///< derivative of the (interpolated) gradient
+  Eigen::Matrix2d hessian = Eigen::Matrix2d::Zero();   ///< row i: derivative of gradient[i] by x and y, 1/m
 };
 
-/// A raster of heights in the map frame: row 0 is the NORTH edge, column 0 the WEST edge, heights stand at cell centres,
-/// cell (row, col) is centred at x = west_m + (col + 0.5) * cell_m, y = north_m - (row + 0.5) * cell_m.
+/// A rectangle in the map frame, metres.
+struct MapWindow {
+  double west_m = 0.0, south_m = 0.0, east_m = 0.0, north_m = 0.0;
+};
+
+/// A raster of heights in the map frame: row 0 is the NORTH edge, column 0 the WEST edge, heights stand at cell
+/// centres, cell (row, col) is centred at x = west_m + (col + 0.5) * cell_m, y = north_m - (row + 0.5) * cell_m.
 /// No-data cells are NaN. Immutable after construction but for `heights`, which perturbations replace as a whole.
 struct DemRaster {
   int rows = 0, cols = 0;
-  double cell_m = 0.0;            ///< square cells
+  double cell_m = 0.0;                 ///< square cells
   double west_m = 0.0, north_m = 0.0;  ///< the raster's outer corner in the map frame
-  std::vector<float> heights;     ///< rows * cols, row-major, map z
+  std::vector<float> heights;          ///< rows * cols, row-major, map z
   LocalFrame frame;
 
   float at(int row, int col) const { return heights[static_cast<std::size_t>(row) * cols + col]; }
@@ -32,30 +36,43 @@ struct DemRaster {
   Eigen::Vector2d centre(int row, int col) const {
     return {west_m + (col + 0.5) * cell_m, north_m - (row + 0.5) * cell_m};
   }
+  MapWindow extent() const { return {west_m, north_m - rows * cell_m, west_m + cols * cell_m, north_m}; }
 };
 
-/// Reads a DEM through GDAL into the map frame. `origin`: the map's origin in the DEM's CRS (easting, northing, height);
-/// by default the centre of the raster's extent at height 0. Cell-centre ("point") registration is honoured.
-/// Throws Error: unreadable, no georeference, geographic degrees where metres are needed, rotated or non-square cells.
+/// Reads a DEM through GDAL into the map frame, as GDAL places its cells (cell-centre "point" registration is honoured)
+/// and with the band's own scale and offset. `origin`: the map's origin in the DEM's CRS (easting, northing, height);
+/// by default the centre of the raster's extent, at height 0, or at the band's offset where it has one (planetary
+/// radii). Throws Error: unreadable, no georeference, degrees where metres are needed, rotated, south-up or non-square
+/// cells.
 DemRaster read_dem(const std::filesystem::path& file, const std::optional<Eigen::Vector3d>& origin = std::nullopt);
 
-/// Writes a Float32 GeoTIFF with no-data -99999 in the frame's CRS and coordinates. Throws Error.
+/// Writes a Float32 GeoTIFF with no-data -99999 in the frame's CRS and coordinates: whole or not at all. Throws Error.
 void write_dem(const std::filesystem::path& file, const DemRaster& dem);
 
-/// Interpolated view of a raster: heights bilinear between the four nearest cell centres; central-difference gradients on
-/// the grid, interpolated bilinearly, so that they are continuous. No value outside, or where a needed cell is no-data.
+/// The cells that touch `window`. Throws Error when there are none.
+DemRaster crop(const DemRaster& dem, const MapWindow& window);
+
+/// bicubic: Catmull-Rom through the 4 x 4 nearest cell centres; twice differentiable inside a cell, gradient continuous
+/// everywhere, and gradient and Hessian are exactly the height's own: what an optimiser wants, hence the default.
+/// bilinear: height from the 2 x 2 nearest centres, gradient from central differences on the grid, interpolated
+/// bilinearly (the published form): continuous, but not the derivative of that height.
+enum class Interpolation { bilinear, bicubic };
+
+/// Interpolated view of a raster. No value outside, or where a cell of the 4 x 4 stencil is no-data.
 class Dem {
  public:
-  explicit Dem(DemRaster raster);
+  explicit Dem(DemRaster raster, Interpolation interpolation = Interpolation::bicubic);
 
   std::optional<DemSample> sample(double x_m, double y_m) const;
+  /// As sample(), but bilinear heights need their four cells only.
   std::optional<double> height(double x_m, double y_m) const;
   bool covers(double x_m, double y_m) const { return sample(x_m, y_m).has_value(); }
   const DemRaster& raster() const { return raster_; }
+  Interpolation interpolation() const { return interpolation_; }
 
  private:
   DemRaster raster_;
-  std::vector<float> gradient_x_, gradient_y_;  ///< NaN where a neighbour is missing
+  Interpolation interpolation_;
 };
 
 }  // namespace demslam
