@@ -1,5 +1,6 @@
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <system_error>
 #include <utility>
 
@@ -10,6 +11,7 @@ namespace demslam {
 namespace {
 
 constexpr float kNoData = -99999.0F;
+constexpr const char* kOriginItem = "DEMSLAM_MAP_ORIGIN";  // "easting northing height": the map frame travels with the file
 
 using GeoTransform = double[6];  // GDAL's: x = g[0] + col g[1] + row g[2], y = g[3] + col g[4] + row g[5], cell corners
 
@@ -70,7 +72,13 @@ class BandReader {
   std::vector<unsigned char> valid_;
 };
 
-Eigen::Vector3d default_origin(const GeoTransform& g, GDALRasterBand& band) {
+/// The origin the file itself names (write_dem does), else the centre of its extent.
+Eigen::Vector3d default_origin(GDALDataset& dataset, const GeoTransform& g, GDALRasterBand& band) {
+  if (const char* item = dataset.GetMetadataItem(kOriginItem)) {
+    Eigen::Vector3d origin;
+    std::istringstream numbers(item);
+    if (numbers >> origin.x() >> origin.y() >> origin.z()) return origin;
+  }
   return {g[0] + 0.5 * band.GetXSize() * g[1], g[3] + 0.5 * band.GetYSize() * g[5], band.GetOffset()};
 }
 
@@ -90,6 +98,10 @@ bool fill(GDALDataset& dataset, const DemRaster& dem) {
     const OGRSpatialReference crs = spatial_reference(dem.frame.crs_wkt);
     if (dataset.SetSpatialRef(&crs) != CE_None) return false;
   }
+  std::ostringstream origin;
+  origin.precision(17);
+  origin << dem.frame.origin.x() << ' ' << dem.frame.origin.y() << ' ' << dem.frame.origin.z();
+  if (dataset.SetMetadataItem(kOriginItem, origin.str().c_str()) != CE_None) return false;
   GDALRasterBand& band = *dataset.GetRasterBand(1);
   band.SetNoDataValue(kNoData);
   std::vector<float> row_heights(dem.cols);
@@ -115,7 +127,7 @@ DemRaster raster_of(GDALDataset& dataset, const std::string& name, const std::op
   DemRaster dem{.rows = band.GetYSize(), .cols = band.GetXSize(), .cell_m = g[1]};
   dem.frame.crs_wkt = metric_crs(name, dataset.GetSpatialRef());
   check_placement(name, g);
-  dem.frame.origin = origin.value_or(default_origin(g, band));
+  dem.frame.origin = origin.value_or(default_origin(dataset, g, band));
   dem.west_m = g[0] - dem.frame.origin.x();
   dem.north_m = g[3] - dem.frame.origin.y();
   dem.heights.resize(static_cast<std::size_t>(dem.rows) * dem.cols);

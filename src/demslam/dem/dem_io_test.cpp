@@ -104,6 +104,13 @@ TEST_F(DemFile, MapOriginIsTheCentreByDefault) {
   EXPECT_FLOAT_EQ(dem.at(0, 0), 1.0F);
 }
 
+TEST_F(DemFile, CarriesItsMapOriginAlong) {
+  write_dem(folder_ / "a.tif", small_dem());
+  const DemRaster read = read_dem(folder_ / "a.tif");
+  EXPECT_EQ(read.frame.origin, small_dem().frame.origin);
+  EXPECT_EQ(read.west_m, -1.0);
+}
+
 TEST_F(DemFile, RefusesWhatIsNotSquareMetresNorthUp) {
   const auto refusal = [&](const std::array<double, 6>& placement, const char* crs) -> std::string {
     write_geotiff(folder_ / "bad.tif", placement, false, crs);

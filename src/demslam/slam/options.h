@@ -1,0 +1,24 @@
+#pragma once
+
+#include "demslam/anchoring/anchor.h"
+#include "demslam/features/frontend.h"
+#include "demslam/graph/loop_closure.h"
+#include "demslam/odometry/odometry.h"
+
+namespace demslam {
+
+/// Everything that changes what a run computes. Defaults are the recommended settings; no file is needed to run.
+struct SlamOptions {
+  FrontendOptions frontend;
+  OdometryOptions odometry;
+  LoopOptions loops;
+  AnchoringOptions anchoring;
+
+  bool use_loops = true;           ///< false: --no-loops
+  bool use_dem = true;             ///< false: --no-dem; without a DEM nothing changes
+  double start_sigma_m = 0.1;      ///< of the start pose, when the mission does not state one
+  double start_sigma_deg = 0.5;
+  int optimize_every_keyframes = 50;  ///< batch optimisation in the run, besides those after a loop and at the end
+};
+
+}  // namespace demslam

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "demslam/dem/local_frame.h"
+#include "demslam/slam/slam.h"
+
+namespace demslam {
+
+/// The files of a run (docs/run-folder.md):
+///   trajectory.tum   anchored poses T_map_body of all tracked frames      odometry.tum   the same without DEM and loops
+///   covariance.csv   6x6 per keyframe                                     frames.jsonl   one record per frame
+///   config.toml      effective options                                    summary.json   inputs, counts, versions
+///   timings.csv      wall-clock per frame, the one file that differs between two identical runs
+///   trajectory.geojson   longitude, latitude, height, when the DEM has a CRS
+/// Results are written to temporary names and renamed, so that a reader never sees half a file.
+class RunFolder {
+ public:
+  /// Creates the folder. Throws Error when it cannot be written or already holds a run (unless `overwrite`).
+  RunFolder(const std::filesystem::path& path, bool overwrite);
+
+  void write_config(const std::string& toml);
+  void append(const FrameRecord& record);  ///< frames.jsonl and timings.csv, flushed
+  void write_result(const SlamResult& result, const LocalFrame* frame);
+  void write_summary(const std::string& json);
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  std::ofstream frames_, timings_;
+};
+
+/// Writes `text` to a temporary name and renames it. Throws Error when the disk is full or the folder is not writable.
+void write_file_atomically(const std::filesystem::path& file, const std::string& text);
+
+}  // namespace demslam
