@@ -9,50 +9,19 @@
 #include "demslam/geometry/camera.h"
 #include "demslam/geometry/pose.h"
 #include "demslam/image/image.h"
+#include "demslam/odometry/motion.h"
 
 namespace demslam {
 
-/// What one rectified pair yields: left features and, where a right match was found, their disparity.
-struct StereoFeatures {
-  Features left;
-  std::vector<float> disparity_px;  ///< per left keypoint; 0 where there is none
-
-  bool has_depth(std::size_t i) const { return disparity_px[i] > 0.0F; }
-};
-
-struct MotionOptions {
-  double max_row_error_px = 2.0;          ///< stereo match: |v_left - v_right|
-  double min_depth_m = 0.3, max_depth_m = 60.0;
-  double ransac_threshold_px = 2.0;
-  int ransac_iterations = 300;
-  int min_inliers = 15;
-  double pixel_sigma_px = 0.7;            ///< standard deviation of a keypoint coordinate, for weights and covariance
-  std::uint64_t seed = 1;
-};
-
-/// Relative motion between two stereo views.
-struct Motion {
-  bool ok = false;
-  std::string reason;                          ///< why not, when not ok
-  Pose T_a_b;                                  ///< left camera b in left camera a
-  Matrix6d covariance = Matrix6d::Identity();  ///< of the right perturbation of T_a_b (rotation, translation), from the refined Hessian
-  int matches = 0, inliers = 0;
-  double rms_px = 0.0;                         ///< reprojection error of the inliers
-};
-
-/// Matches two views, PnP in RANSAC on the 3-D points of a, then robust refinement of the reprojection error in both cameras of b.
-/// `guess_T_a_b` helps when given. Deterministic for a given seed.
-Motion estimate_motion(const RectifiedRig& rig, const StereoFeatures& a, const StereoFeatures& b, Matcher& matcher,
-                       const MotionOptions& options, const Pose* guess_T_a_b = nullptr);
-
 struct OdometryOptions {
   MotionOptions motion;
-  double keyframe_min_overlap = 0.5;         ///< new keyframe when fewer than this part of the keyframe's points is still matched
+  double keyframe_min_overlap =
+      0.5;  ///< new keyframe when fewer than this part of the keyframe's points is still matched
   double keyframe_max_distance_m = 2.0;
   double keyframe_max_rotation_deg = 15.0;
-  double max_speed_m_per_s = 10.0;           ///< a faster motion is a jump: refused
+  double max_speed_m_per_s = 30.0;  ///< a faster motion is a jump: refused
   double max_rotation_rate_deg_per_s = 180.0;
-  double lost_sigma_m_per_s = 0.5;           ///< growth of the bridging covariance while lost
+  double lost_sigma_m_per_s = 0.5;  ///< growth of the bridging covariance while lost
   double lost_sigma_deg_per_s = 5.0;
 };
 
@@ -66,11 +35,11 @@ struct OdometryTimings {
 struct OdometryResult {
   TimestampNs t_ns = 0;
   Tracking status = Tracking::initialised;
-  std::string reason;                              ///< why bridged ("too few inliers (7)", "frozen frame", "dark frame", "jump")
-  std::size_t reference_keyframe = 0;              ///< index of the keyframe the motion is measured from
-  Pose T_reference_left;                           ///< left camera of this frame in the reference keyframe's left camera
-  Matrix6d covariance = Matrix6d::Zero();          ///< of its right perturbation
-  bool is_keyframe = false;                        ///< this frame became keyframe number `keyframe`
+  std::string reason;                  ///< why bridged ("too few inliers (7)", "frozen frame", "dark frame", "jump")
+  std::size_t reference_keyframe = 0;  ///< index of the keyframe the motion is measured from
+  Pose T_reference_left;               ///< left camera of this frame in the reference keyframe's left camera
+  Matrix6d covariance = Matrix6d::Zero();  ///< of its right perturbation
+  bool is_keyframe = false;                ///< this frame became keyframe number `keyframe`
   std::size_t keyframe = 0;
   std::shared_ptr<const StereoFeatures> features;  ///< of this frame
   int keypoints = 0, stereo_points = 0, matches = 0, inliers = 0;
@@ -81,8 +50,9 @@ struct OdometryResult {
 std::string to_string(Tracking status);
 
 /// Stereo visual odometry on rectified pairs: extract, match left-right, triangulate, track against the last keyframe,
-/// decide on a new keyframe. It never stops on a bad frame: it bridges with a constant-velocity prediction whose covariance
-/// grows with the time lost, starts a new keyframe at the next good frame, and goes on. Knows no DEM and no map.
+/// decide on a new keyframe. It never stops on a bad frame: it bridges with a constant-velocity prediction whose
+/// covariance grows with the time lost, starts a new keyframe at the next good frame, and goes on. Knows no DEM and no
+/// map.
 class StereoOdometry {
  public:
   StereoOdometry(const RectifiedRig& rig, Frontend frontend, const OdometryOptions& options);

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "demslam/geometry/camera.h"
+#include "demslam/image/image.h"
+
+namespace demslam {
+
+/// How the right image is searched for a left keypoint. The defaults suit images of 0.1 to 2 megapixels.
+struct DisparityOptions {
+  double min_disparity_px = 0.5;
+  double max_disparity_px = 256.0;
+  double uniqueness = 0.95;  ///< the best place must be this much better than any other, as a ratio of costs
+  double left_right_tolerance_px = 1.5;
+  double min_correlation = 0.8;  ///< of the refined patches
+};
+
+/// Disparity of each left keypoint, found by correlation along the right image's row (the right image needs no
+/// features), checked back from right to left, then refined below the pixel by aligning the patches with shift, shear
+/// and brightness free (the ground in front of a rover is no fronto-parallel plane). 0 where there is none to trust.
+std::vector<float> find_disparities(const Image& left, const Image& right,
+                                    const std::vector<Eigen::Vector2f>& keypoints, const DisparityOptions& options);
+
+}  // namespace demslam

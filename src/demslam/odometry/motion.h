@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "demslam/features/features.h"
+#include "demslam/geometry/camera.h"
+#include "demslam/geometry/pose.h"
+#include "demslam/image/image.h"
+#include "demslam/odometry/correspondence.h"
+
+namespace demslam {
+
+/// What one rectified pair yields: left features and, where a right match was found, their disparity.
+struct StereoFeatures {
+  Features left;
+  std::vector<float> disparity_px;  ///< per left keypoint; 0 where there is none
+
+  bool has_depth(std::size_t i) const { return disparity_px[i] > 0.0F; }
+};
+
+struct MotionOptions {
+  double min_depth_m = 0.3, max_depth_m = 60.0;
+  double ransac_threshold_px = 2.0;
+  int ransac_iterations = 300;
+  int min_inliers = 15;
+  double pixel_sigma_px = 0.7;       ///< standard deviation of a keypoint coordinate, for weights and covariance
+  double disparity_sigma_px = 0.25;  ///< standard deviation of a disparity; patches align better than keypoints repeat
+  std::uint64_t seed = 1;
+};
+
+/// Relative motion between two stereo views.
+struct Motion {
+  bool ok = false;
+  std::string reason;  ///< why not, when not ok
+  Pose T_a_b;          ///< left camera b in left camera a
+  Matrix6d covariance =
+      Matrix6d::Identity();  ///< of the right perturbation of T_a_b (rotation, translation), from the refined Hessian
+  int matches = 0, inliers = 0;
+  double rms_px = 0.0;  ///< reprojection error of the inliers
+};
+
+/// Finds the disparity of each left keypoint along the row of the right image (disparity.h) within the depth limits.
+StereoFeatures match_stereo(const RectifiedRig& rig, Features left_features, const Image& left, const Image& right,
+                            const MotionOptions& options);
+
+/// Matches two views, then P3P in RANSAC on the 3-D points of a, then a robust refinement of the reprojection error in
+/// both cameras of b that accounts for the errors of a's points too. `guess_T_a_b` helps when given. Deterministic for
+/// a seed.
+Motion estimate_motion(const RectifiedRig& rig, const StereoFeatures& a, const StereoFeatures& b, Matcher& matcher,
+                       const MotionOptions& options, const Pose* guess_T_a_b = nullptr);
+
+/// The same for points already matched.
+Motion estimate_motion(const RectifiedRig& rig, const std::vector<Correspondence>& correspondences,
+                       const MotionOptions& options, const Pose* guess_T_a_b = nullptr);
+
+}  // namespace demslam

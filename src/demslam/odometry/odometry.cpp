@@ -1,0 +1,226 @@
+#include "demslam/odometry/odometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "demslam/odometry/frame_check.h"
+
+namespace demslam {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+constexpr int kIslandFrames = 10;  // frames tracked after a loss until the keyframe from before it is given up
+
+using SharedFeatures = std::shared_ptr<const StereoFeatures>;
+
+struct Keyframe {
+  std::size_t index = 0;
+  TimestampNs t_ns = 0;
+  SharedFeatures features;
+  int most_inliers = 0;  ///< of any frame tracked against it
+};
+
+/// A view whose pose is known, against which another can be tracked: a keyframe itself or a frame tracked from it.
+struct View {
+  std::size_t keyframe = 0;
+  TimestampNs t_ns = 0;
+  SharedFeatures features;
+  Pose T_keyframe_left;
+  Matrix6d covariance = Matrix6d::Zero();  ///< of its right perturbation
+};
+
+View view_of(const Keyframe& keyframe) {
+  return {.keyframe = keyframe.index, .t_ns = keyframe.t_ns, .features = keyframe.features};
+}
+
+/// Covariance of T_a_b * T_b_c from those of both.
+Matrix6d compose_covariance(const Matrix6d& covariance_a_b, const Pose& T_b_c, const Matrix6d& covariance_b_c) {
+  const Matrix6d ad = T_b_c.inverse().adjoint();
+  return ad * covariance_a_b * ad.transpose() + covariance_b_c;
+}
+
+double rotation_angle(const Pose& T) { return T.log().head<3>().norm(); }
+
+}  // namespace
+
+std::string to_string(Tracking status) {
+  switch (status) {
+    case Tracking::initialised:
+      return "initialised";
+    case Tracking::tracked:
+      return "tracked";
+    case Tracking::bridged:
+      return "bridged";
+  }
+  return "";
+}
+
+struct StereoOdometry::State {
+  RectifiedRig rig;
+  Frontend frontend;
+  OdometryOptions options;
+  FrameCheck frame_check;
+
+  std::size_t keyframes = 0;
+  Keyframe keyframe;  // frames are tracked against it
+  View last;          // the last tracked frame: predictions start here
+  Vector6d twist_per_s = Vector6d::Zero();
+  struct Anchor {
+    Keyframe keyframe;
+    View last;
+    int frames_since = 0;
+  };
+  std::optional<Anchor> before_loss;  // what to come back to after a loss
+
+  void observe(const Image& left, const Image& right, OdometryResult& result);
+  bool track(OdometryResult& result);
+  bool track_against(const View& view, OdometryResult& result);
+  bool is_jump(const View& view, const Pose& T_view_left, TimestampNs t_ns) const;
+  std::optional<Pose> predict(const View& view, TimestampNs t_ns) const;
+  void accept(const OdometryResult& result);
+  void bridge(OdometryResult& result) const;
+  bool wants_keyframe(const OdometryResult& result) const;
+  void add_keyframe(OdometryResult& result);
+};
+
+/// Extracts the left image's features and finds their disparities.
+void StereoOdometry::State::observe(const Image& left, const Image& right, OdometryResult& result) {
+  const Stopwatch extract;
+  Features features = frontend.extractor->extract(left);
+  result.timings.extract_ms = extract.elapsed_ms();
+  const Stopwatch stereo;
+  auto observed = std::make_shared<StereoFeatures>(match_stereo(rig, std::move(features), left, right, options.motion));
+  result.timings.stereo_ms = stereo.elapsed_ms();
+  result.keypoints = static_cast<int>(observed->left.size());
+  result.stereo_points = static_cast<int>(std::ranges::count_if(observed->disparity_px, [](float d) { return d > 0; }));
+  result.features = std::move(observed);
+}
+
+/// Tries what the frame may still share a view with, the best reference first.
+bool StereoOdometry::State::track(OdometryResult& result) {
+  std::vector<View> views;
+  if (before_loss) {
+    views.push_back(view_of(before_loss->keyframe));
+    views.push_back(before_loss->last);
+  }
+  views.push_back(view_of(keyframe));
+  if (last.keyframe == keyframe.index && last.t_ns > keyframe.t_ns) views.push_back(last);
+  return std::ranges::any_of(views, [&](const View& view) { return track_against(view, result); });
+}
+
+bool StereoOdometry::State::track_against(const View& view, OdometryResult& result) {
+  const std::optional<Pose> guess = predict(view, result.t_ns);
+  const Motion motion = estimate_motion(rig, *view.features, *result.features, *frontend.matcher, options.motion,
+                                        guess ? &*guess : nullptr);
+  result.matches = motion.matches;
+  result.inliers = motion.inliers;
+  result.rms_px = motion.rms_px;
+  result.reason = motion.reason;
+  if (!motion.ok) return false;
+  if (is_jump(view, motion.T_a_b, result.t_ns)) {
+    result.reason = "jump";
+    return false;
+  }
+  result.status = Tracking::tracked;
+  result.reference_keyframe = view.keyframe;
+  result.T_reference_left = view.T_keyframe_left * motion.T_a_b;
+  result.covariance = compose_covariance(view.covariance, motion.T_a_b, motion.covariance);
+  return true;
+}
+
+/// Faster than the rover can be: since the last tracked frame, or since the view where that is from elsewhere.
+bool StereoOdometry::State::is_jump(const View& view, const Pose& T_view_left, TimestampNs t_ns) const {
+  const bool from_last = last.keyframe == view.keyframe && last.t_ns >= view.t_ns;
+  const Pose step = from_last ? last.T_keyframe_left.inverse() * view.T_keyframe_left * T_view_left : T_view_left;
+  const double seconds = to_seconds(t_ns - (from_last ? last.t_ns : view.t_ns));
+  return step.translation().norm() > options.max_speed_m_per_s * seconds ||
+         rotation_angle(step) > options.max_rotation_rate_deg_per_s * kRadPerDeg * seconds;
+}
+
+/// Where the frame should be, seen from a view, if the last velocity has lasted.
+std::optional<Pose> StereoOdometry::State::predict(const View& view, TimestampNs t_ns) const {
+  if (last.keyframe != view.keyframe) return std::nullopt;
+  return view.T_keyframe_left.inverse() * last.T_keyframe_left * Pose::exp(twist_per_s * to_seconds(t_ns - last.t_ns));
+}
+
+/// Makes a tracked frame the one that predictions start from.
+void StereoOdometry::State::accept(const OdometryResult& result) {
+  if (before_loss && result.reference_keyframe == before_loss->keyframe.index) {
+    keyframe = before_loss->keyframe;
+    last = before_loss->last;
+    before_loss.reset();
+  }
+  if (before_loss && ++before_loss->frames_since >= kIslandFrames) before_loss.reset();
+  const bool same_keyframe = last.keyframe == result.reference_keyframe;
+  const View from = same_keyframe ? last : view_of(keyframe);
+  const Pose step = from.T_keyframe_left.inverse() * result.T_reference_left;
+  twist_per_s = step.log() / to_seconds(result.t_ns - from.t_ns);
+  last = {.keyframe = result.reference_keyframe,
+          .t_ns = result.t_ns,
+          .features = result.features,
+          .T_keyframe_left = result.T_reference_left,
+          .covariance = result.covariance};
+  keyframe.most_inliers = std::max(keyframe.most_inliers, result.inliers);
+}
+
+/// Predicts from the last tracked frame; the uncertainty grows with all the time since.
+void StereoOdometry::State::bridge(OdometryResult& result) const {
+  const double seconds = to_seconds(result.t_ns - last.t_ns);
+  const Pose step = Pose::exp(twist_per_s * seconds);
+  Vector6d sigma;
+  sigma.head<3>().setConstant(options.lost_sigma_deg_per_s * kRadPerDeg * seconds);
+  sigma.tail<3>().setConstant(options.lost_sigma_m_per_s * seconds);
+  result.status = Tracking::bridged;
+  result.reference_keyframe = last.keyframe;
+  result.T_reference_left = last.T_keyframe_left * step;
+  result.covariance = compose_covariance(last.covariance, step, sigma.cwiseAbs2().asDiagonal());
+}
+
+bool StereoOdometry::State::wants_keyframe(const OdometryResult& result) const {
+  if (result.stereo_points < options.motion.min_inliers) return false;
+  if (result.status == Tracking::bridged) return true;
+  return result.T_reference_left.translation().norm() > options.keyframe_max_distance_m ||
+         rotation_angle(result.T_reference_left) > options.keyframe_max_rotation_deg * kRadPerDeg ||
+         result.inliers < options.keyframe_min_overlap * keyframe.most_inliers;
+}
+
+void StereoOdometry::State::add_keyframe(OdometryResult& result) {
+  if (result.status == Tracking::bridged && !before_loss) before_loss = Anchor{keyframe, last};
+  result.is_keyframe = true;
+  result.keyframe = keyframes++;
+  keyframe = {.index = result.keyframe, .t_ns = result.t_ns, .features = result.features};
+  if (result.status != Tracking::bridged) last = view_of(keyframe);
+}
+
+StereoOdometry::StereoOdometry(const RectifiedRig& rig, Frontend frontend, const OdometryOptions& options)
+    : state_(std::make_unique<State>(rig, std::move(frontend), options, FrameCheck(rig.width, rig.height))) {}
+
+StereoOdometry::~StereoOdometry() = default;
+
+OdometryResult StereoOdometry::process(TimestampNs t_ns, const Image& left, const Image& right) {
+  State& state = *state_;
+  OdometryResult result{.t_ns = t_ns, .features = std::make_shared<StereoFeatures>()};
+  result.reason = state.frame_check.problem(left, right);
+  if (result.reason.empty()) state.observe(left, right, result);
+  if (state.keyframes == 0) {
+    state.add_keyframe(result);
+    return result;
+  }
+  const Stopwatch motion;
+  const bool tracked = result.reason.empty() && state.track(result);
+  if (tracked) {
+    state.accept(result);
+  } else {
+    state.bridge(result);
+  }
+  if (state.wants_keyframe(result)) state.add_keyframe(result);
+  result.timings.motion_ms = motion.elapsed_ms();
+  return result;
+}
+
+Matcher& StereoOdometry::matcher() { return *state_->frontend.matcher; }
+const RectifiedRig& StereoOdometry::rig() const { return state_->rig; }
+
+}  // namespace demslam
