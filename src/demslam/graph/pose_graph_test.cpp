@@ -1,0 +1,205 @@
+#include "demslam/graph/pose_graph.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <gtsam/nonlinear/factorTesting.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "demslam/base/error.h"
+#include "demslam/base/random.h"
+#include "demslam/graph/gtsam_pose.h"
+#include "demslam/graph/odometry_factor.h"
+
+namespace demslam {
+namespace {
+
+Matrix6d isotropic(double sigma_rad, double sigma_m) {
+  Vector6d variance;
+  variance << Eigen::Vector3d::Constant(sigma_rad * sigma_rad), Eigen::Vector3d::Constant(sigma_m * sigma_m);
+  return variance.asDiagonal();
+}
+
+const Matrix6d kTight = isotropic(1e-5, 1e-4), kOdometry = isotropic(0.002, 0.02), kLoop = isotropic(0.001, 0.01);
+
+Vector6d noise(Random& random, const Matrix6d& covariance) {
+  Vector6d xi;
+  for (int i = 0; i < 6; ++i) xi[i] = std::sqrt(covariance(i, i)) * random.normal();
+  return xi;
+}
+
+/// A circle driven once, steps of about `step_m`, the last pose on the first.
+std::vector<Pose> circle(std::size_t count, double step_m) {
+  std::vector<Pose> poses{Pose()};
+  Vector6d step = Vector6d::Zero();
+  step[2] = 2.0 * M_PI / static_cast<double>(count - 1);
+  step[3] = step_m;
+  while (poses.size() < count) poses.push_back(poses.back() * Pose::exp(step));
+  return poses;
+}
+
+RelativePose between(const std::vector<Pose>& truth, std::size_t i, std::size_t j, const Matrix6d& covariance,
+                     Random& random) {
+  return {i, j, truth[i].inverse() * truth[j] * Pose::exp(noise(random, covariance)), covariance};
+}
+
+/// Odometry around `truth`, dead-reckoned initial poses.
+PoseGraph odometry_graph(const std::vector<Pose>& truth, std::uint64_t seed, const PoseGraphOptions& options = {}) {
+  Random random(seed);
+  PoseGraph graph(options);
+  graph.add_keyframe(truth[0]);
+  graph.add_prior(0, truth[0], kTight);
+  for (std::size_t k = 1; k < truth.size(); ++k) {
+    const RelativePose step = between(truth, k - 1, k, kOdometry, random);
+    graph.add_keyframe(graph.T_map_body(k - 1) * step.T_i_j);
+    graph.add_odometry(step);
+  }
+  return graph;
+}
+
+double end_error_m(const PoseGraph& graph, const std::vector<Pose>& truth) {
+  return (graph.T_map_body(graph.size() - 1).translation() - truth.back().translation()).norm();
+}
+
+TEST(GtsamPose, GoesThereAndBackAndSharesTheTangent) {
+  Vector6d xi;
+  xi << 0.1, -0.2, 0.3, 1.0, 2.0, -3.0;
+  const Pose T = Pose::exp(xi);
+  EXPECT_LT((from_gtsam(to_gtsam(T)).inverse() * T).log().norm(), 1e-12);
+  EXPECT_LT((gtsam::Pose3::Logmap(to_gtsam(T)) - xi).norm(), 1e-9);
+}
+
+TEST(PoseGraph, KeepsDeadReckoningWithoutLoops) {
+  const auto truth = circle(50, 1.0);
+  PoseGraph graph = odometry_graph(truth, 1);
+  const Pose before = graph.T_map_body(49);
+  EXPECT_LT(graph.optimize().error_after, 1e-9);
+  EXPECT_LT((before.inverse() * graph.T_map_body(49)).log().norm(), 1e-6);
+}
+
+TEST(PoseGraph, ALoopPullsTheEndBack) {
+  const auto truth = circle(200, 1.0);
+  PoseGraph graph = odometry_graph(truth, 2);
+  const double before_m = end_error_m(graph, truth);
+  Random random(3);
+  graph.add_loop(between(truth, 0, 199, kLoop, random));
+  const OptimizerReport report = graph.optimize();
+  EXPECT_LT(report.error_after, report.error_before);
+  EXPECT_LT(end_error_m(graph, truth), 0.05);
+  EXPECT_GT(before_m, 0.3);
+  EXPECT_EQ(graph.loops(), 1U);
+}
+
+TEST(PoseGraph, OneFalseLoopAmongTrueOnesIsIgnored) {
+  const auto truth = circle(100, 1.0);
+  PoseGraph graph = odometry_graph(truth, 4);
+  Random random(5);
+  for (const std::size_t k : {97, 98, 99}) graph.add_loop(between(truth, k - 97, k, kLoop, random));
+  graph.add_loop({20, 70, Pose(), kLoop});
+  graph.optimize();
+  EXPECT_LT(end_error_m(graph, truth), 0.05);
+  EXPECT_LT((graph.T_map_body(50).translation() - truth[50].translation()).norm(), 0.6);
+}
+
+TEST(PoseGraph, CovarianceGrowsAlongThePathAndPredictsTheError) {
+  const auto truth = circle(60, 1.0);
+  double nees = 0.0;
+  const int runs = 60;
+  for (int run = 0; run < runs; ++run) {
+    const PoseGraph graph = odometry_graph(truth, 100 + run);
+    const Vector6d error = (graph.T_map_body(30).inverse() * truth[30]).log();
+    nees += error.dot(graph.covariances({30}).front().ldlt().solve(error)) / (6.0 * runs);
+  }
+  EXPECT_NEAR(nees, 1.0, 0.25);
+  const PoseGraph graph = odometry_graph(truth, 1);
+  const auto c = graph.covariances({5, 50});
+  EXPECT_GT(c[1].trace(), 10.0 * c[0].trace());
+}
+
+TEST(PoseGraph, ChiSquareOfTrueLoopsIsThatOfSixDegreesOfFreedomAndFalseOnesStandOut) {
+  const auto truth = circle(80, 1.0);
+  double sum = 0.0;
+  for (int run = 0; run < 60; ++run) {
+    const PoseGraph graph = odometry_graph(truth, 200 + run);
+    Random random(900 + run);
+    sum += graph.chi_square(between(truth, 10, 75, kLoop, random)) / 60.0;
+  }
+  EXPECT_NEAR(sum, 6.0, 1.5);
+  EXPECT_GT(odometry_graph(truth, 1).chi_square({10, 75, Pose(), kLoop}), 100.0);
+}
+
+TEST(PoseGraph, RelativeCovarianceOfNeighboursIsTheOdometrys) {
+  const PoseGraph graph = odometry_graph(circle(30, 1.0), 6);
+  EXPECT_TRUE(graph.relative_covariance(12, 13).isApprox(kOdometry, 1e-3));
+}
+
+TEST(PoseGraph, SameCallsGiveTheSameBytes) {
+  const auto truth = circle(1500, 1.0);
+  const auto run = [&] {
+    PoseGraph graph = odometry_graph(truth, 7, {.systematic = {.enabled = true}});
+    Random random(8);
+    for (std::size_t k = 0; k < 40; ++k) graph.add_loop(between(truth, k, 1499 - k, kLoop, random));
+    graph.optimize();
+    return graph;
+  };
+  const PoseGraph a = run(), b = run();
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    ASSERT_EQ(std::memcmp(a.T_map_body(k).translation().data(), b.T_map_body(k).translation().data(), 24), 0) << k;
+    ASSERT_EQ(std::memcmp(a.T_map_body(k).rotation().coeffs().data(), b.T_map_body(k).rotation().coeffs().data(), 32),
+              0);
+  }
+  EXPECT_EQ(a.covariances({700}).front(), b.covariances({700}).front());
+}
+
+TEST(PoseGraph, SaysWhatIsNotTied) {
+  PoseGraph graph;
+  graph.add_keyframe(Pose());
+  graph.add_keyframe(Pose());
+  graph.add_odometry({0, 1, Pose(), kOdometry});
+  EXPECT_THAT([&] { graph.optimize(); }, testing::ThrowsMessage<Error>(testing::HasSubstr("keyframe 0 is held by no prior")));
+  EXPECT_THROW(graph.covariances({1}), Error);
+}
+
+TEST(SystematicOdometryFactor, IsZeroAtTruth) {
+  Vector6d step;
+  step << 0.02, -0.1, 0.3, 1.5, 0.2, -0.1;
+  const Vector4d s(0.02, 0.001, -0.002, 0.003);
+  const Pose measured = Pose::exp(step);
+  const SystematicOdometryFactor factor(0, 1, 2, measured, gtsam::noiseModel::Unit::Create(6));
+  const Pose T_map_i = Pose::exp(2.0 * step);
+  EXPECT_LT(factor.evaluateError(to_gtsam(T_map_i), to_gtsam(T_map_i * corrected(measured, s)), s).norm(), 1e-12);
+}
+
+TEST(SystematicOdometryFactor, HasItsNumericJacobian) {
+  Vector6d step;
+  step << 0.02, -0.1, 0.3, 1.5, 0.2, -0.1;
+  const SystematicOdometryFactor factor(0, 1, 2, Pose::exp(step), gtsam::noiseModel::Unit::Create(6));
+  gtsam::Values values;
+  values.insert(0, to_gtsam(Pose::exp(2.0 * step)));
+  values.insert(1, to_gtsam(Pose::exp(3.3 * step)));
+  values.insert(2, gtsam::Vector4(0.05, 0.02, -0.03, 0.01));
+  EXPECT_TRUE(gtsam::internal::testFactorJacobians("factor", factor, values, 1e-6, 1e-6));
+}
+
+TEST(SystematicStates, AreFoundFromLoops) {
+  const auto truth = circle(400, 1.0);
+  Vector4d errors(0.008, 0.0, 0.0, 4e-5);
+  Random random(11);
+  PoseGraph graph({.systematic = {.enabled = true, .stretch_m = 1000.0}});
+  graph.add_keyframe(truth[0]);
+  graph.add_prior(0, truth[0], kTight);
+  for (std::size_t k = 1; k < truth.size(); ++k) {
+    const Pose step =
+        corrected(truth[k - 1].inverse() * truth[k], -errors) * Pose::exp(0.02 * noise(random, kOdometry));
+    graph.add_keyframe(graph.T_map_body(k - 1) * step);
+    graph.add_odometry({k - 1, k, step, 0.0004 * kOdometry});
+  }
+  for (const std::size_t k : {100, 200, 300, 399}) graph.add_prior(k, truth[k], kLoop);
+  graph.optimize();
+  EXPECT_NEAR(graph.systematic_errors(200).scale, 0.008, 0.001);
+  EXPECT_NEAR(graph.systematic_errors(200).rotation_rad_per_m.z(), 4e-5, 4e-6);
+}
+
+}  // namespace
+}  // namespace demslam
