@@ -34,16 +34,17 @@ function(demslam_module NAME)
   endif()
 endfunction()
 
-# demslam_test(NAME SOURCES file... LIBRARIES target...): one GoogleTest program, each TEST a ctest entry.
+# demslam_test(NAME SOURCES file... LIBRARIES target... [FIXTURE name]): one GoogleTest program, each TEST a ctest entry.
 function(demslam_test NAME)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "" "FIXTURE" "SOURCES;LIBRARIES" ${ARGN})
   find_package(GTest REQUIRED)
   include(GoogleTest)
   add_executable(${NAME} ${ARG_SOURCES})
   target_link_libraries(${NAME} PRIVATE ${ARG_LIBRARIES} GTest::gtest_main GTest::gmock demslam_build_flags)
   target_compile_definitions(${NAME} PRIVATE
     DEMSLAM_SOURCE_DIR="${PROJECT_SOURCE_DIR}" DEMSLAM_SHARED_DIR="${DEMSLAM_SHARED_DIR}")
-  gtest_discover_tests(${NAME} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+  gtest_discover_tests(${NAME} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+                       PROPERTIES TIMEOUT 600 FIXTURES_REQUIRED "${ARG_FIXTURE}")
 endfunction()
 
 set(DEMSLAM_SHARED_DIR "${PROJECT_SOURCE_DIR}/../shared" CACHE PATH

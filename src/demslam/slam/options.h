@@ -3,6 +3,7 @@
 #include "demslam/anchoring/anchor.h"
 #include "demslam/features/frontend.h"
 #include "demslam/graph/loop_closure.h"
+#include "demslam/graph/pose_graph.h"
 #include "demslam/odometry/odometry.h"
 
 namespace demslam {
@@ -11,6 +12,7 @@ namespace demslam {
 struct SlamOptions {
   FrontendOptions frontend;
   OdometryOptions odometry;
+  PoseGraphOptions graph;
   LoopOptions loops;
   AnchoringOptions anchoring;
 

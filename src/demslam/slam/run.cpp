@@ -122,7 +122,8 @@ std::string summary_json(const RunInputs& inputs, const StereoSequence& sequence
                      {"interrupted", report.interrupted},
                      {"anchored", report.anchored},
                      {"counters", counters_json(report.result.counters)},
-                     {"path_length_m", path_length_m(report.result.trajectory)}};
+                     {"path_length_m", path_length_m(trajectory)},
+                     {"first_to_last_m", first_to_last_m(trajectory)}};
   return json.dump(1) + "\n";
 }
 

@@ -1,0 +1,82 @@
+#include "demslam/slam/run.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "commands.h"
+#include "demslam/config/slam_config.h"
+#include "progress_bar.h"
+
+namespace demslam::apps {
+namespace {
+
+struct Arguments {
+  RunInputs inputs;
+  std::filesystem::path config, extractor_model, matcher_model;
+  bool no_dem = false, no_loops = false, odometry_only = false;
+};
+
+SlamOptions options_of(const Arguments& arguments) {
+  SlamOptions options = arguments.config.empty() ? SlamOptions{} : read_slam_config(arguments.config);
+  if (arguments.no_dem || arguments.odometry_only) options.use_dem = false;
+  if (arguments.no_loops || arguments.odometry_only) options.use_loops = false;
+  if (!arguments.extractor_model.empty()) {
+    options.frontend.extractor = "onnx";
+    options.frontend.extractor_model = arguments.extractor_model;
+  }
+  if (!arguments.matcher_model.empty()) {
+    options.frontend.matcher = "onnx";
+    options.frontend.matcher_model = arguments.matcher_model;
+  }
+  return options;
+}
+
+void print(const RunInputs& inputs, const RunReport& report) {
+  const SlamCounters& counters = report.result.counters;
+  fmt::print("{}: {} of {} frames tracked, {} keyframes, {} loops closed, {}\n", inputs.output.string(), counters.tracked,
+             report.frames_asked, counters.keyframes, counters.loops.accepted,
+             report.anchored ? fmt::format("{} DEM factors", counters.anchoring.height + counters.anchoring.normal)
+                             : std::string("no DEM"));
+  if (counters.frames > 0) {
+    fmt::print("  {:.1f} m in {:.1f} s ({:.0f} ms per frame)\n", path_length_m(report.result.trajectory), report.seconds,
+               1e3 * report.seconds / static_cast<double>(counters.frames));
+  }
+  if (report.interrupted) fmt::print("  interrupted: the folder holds what was done\n");
+}
+
+void run(Arguments arguments) {
+  const SlamOptions options = options_of(arguments);
+  arguments.inputs.config_toml = to_toml(options);
+  ProgressBar bar("run", "frames");
+  const RunReport report = run_slam(arguments.inputs, options, bar.progress());
+  print(arguments.inputs, report);
+}
+
+}  // namespace
+
+void add_run(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  RunInputs& inputs = arguments->inputs;
+  CLI::App* command = app.add_subcommand("run", "stereo SLAM over a dataset, anchored to a DEM");
+  command->add_option("dataset", inputs.dataset, "folder with stereo images (demslam, kitti, euroc, folders, ...)")->required();
+  command->add_option("-o,--output", inputs.output, "run folder to write")->required();
+  command->add_option("--dem", inputs.dem, "elevation model; default: the dataset's own dem.tif, if it has one");
+  command->add_option("-c,--config", arguments->config, "options TOML; a run folder's config.toml repeats that run");
+  command->add_option("--start", inputs.start, "TOML with T_map_body of the first frame; default: the dataset's start.toml");
+  command->add_option("--format", inputs.format, "dataset format, when it is not recognised");
+  command->add_option("--calibration", inputs.calibration, "calibration TOML, replaces the dataset's own");
+  command->add_option("--extractor", arguments->extractor_model, "ONNX feature extractor (docs/models.md)");
+  command->add_option("--matcher", arguments->matcher_model, "ONNX matcher for the same descriptors");
+  command->add_option("--first-frame", inputs.first_frame, "index of the first frame");
+  command->add_option("--max-frames", inputs.max_frames, "stop after so many frames; 0: all");
+  command->add_flag("--no-dem", arguments->no_dem, "do not use the DEM");
+  command->add_flag("--no-loops", arguments->no_loops, "do not close loops");
+  command->add_flag("--odometry-only", arguments->odometry_only, "neither DEM nor loops");
+  command->add_flag("--overwrite", inputs.overwrite, "replace a finished run in the output folder");
+  command->footer("Examples:\n  demslam run runs/data -o runs/anchored\n  demslam run runs/data -o runs/odometry --odometry-only");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace demslam::apps

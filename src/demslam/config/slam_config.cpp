@@ -1,0 +1,101 @@
+#include "demslam/config/slam_config.h"
+
+#include "demslam/base/error.h"
+#include "demslam/toml/toml.h"
+
+namespace demslam {
+namespace {
+
+// Each structure names its fields once, for reading (TomlReader) and for writing (TomlWriter).
+
+template <class Io, class O>
+void frontend_fields(Io& io, O& o) {
+  io.field("extractor", o.extractor);
+  io.field("matcher", o.matcher);
+  io.field("extractor_model", o.extractor_model);
+  io.field("matcher_model", o.matcher_model);
+  io.field("max_features", o.max_features);
+  io.field("nearest_ratio", o.nearest_ratio);
+  io.field("min_match_score", o.min_match_score);
+  io.field("threads", o.threads);
+}
+
+template <class Io, class O>
+void motion_fields(Io& io, O& o) {
+  io.field("min_depth_m", o.min_depth_m);
+  io.field("max_depth_m", o.max_depth_m);
+  io.field("ransac_threshold_px", o.ransac_threshold_px);
+  io.field("ransac_iterations", o.ransac_iterations);
+  io.field("min_inliers", o.min_inliers);
+  io.field("pixel_sigma_px", o.pixel_sigma_px);
+  io.field("disparity_sigma_px", o.disparity_sigma_px);
+  io.field("seed", o.seed);
+}
+
+template <class Io, class O>
+void odometry_fields(Io& io, O& o) {
+  motion_fields(io, o.motion);
+  io.field("keyframe_min_overlap", o.keyframe_min_overlap);
+  io.field("keyframe_max_distance_m", o.keyframe_max_distance_m);
+  io.field("keyframe_max_rotation_deg", o.keyframe_max_rotation_deg);
+  io.field("max_speed_m_per_s", o.max_speed_m_per_s);
+  io.field("max_rotation_rate_deg_per_s", o.max_rotation_rate_deg_per_s);
+  io.field("lost_sigma_m_per_s", o.lost_sigma_m_per_s);
+  io.field("lost_sigma_deg_per_s", o.lost_sigma_deg_per_s);
+}
+
+template <class Io, class O>
+void loop_fields(Io& io, O& o) {
+  io.field("radius_m", o.radius_m);
+  io.field("max_radius_m", o.max_radius_m);
+  io.field("min_path_m", o.min_path_m);
+  io.field("max_heading_difference_deg", o.max_heading_difference_deg);
+  io.field("max_candidates", o.max_candidates);
+  io.field("min_inliers", o.min_inliers);
+  io.field("gate", o.gate);
+  io.field("sigma_floor_m", o.sigma_floor_m);
+  io.field("sigma_floor_deg", o.sigma_floor_deg);
+}
+
+template <class Io, class O>
+void slam_fields(Io& io, O& o) {
+  io.field("use_loops", o.use_loops);
+  io.field("use_dem", o.use_dem);
+  io.field("optimize_every_keyframes", o.optimize_every_keyframes);
+  io.section("frontend", [&](Io& section) { frontend_fields(section, o.frontend); });
+  io.section("odometry", [&](Io& section) { odometry_fields(section, o.odometry); });
+  io.section("loops", [&](Io& section) { loop_fields(section, o.loops); });
+  io.section("anchoring", [&](Io& section) { anchoring_fields(section, o.anchoring); });
+}
+
+void check(const SlamOptions& o, const TomlReader& reader) {
+  const auto require = [&](bool ok, const char* section, const char* what) {
+    if (!ok) reader.fail(section, what);
+  };
+  require(o.frontend.max_features >= 50, "frontend", "frontend.max_features must be at least 50");
+  require(o.frontend.threads >= 1, "frontend", "frontend.threads must be at least 1");
+  require(o.odometry.motion.min_inliers >= 6, "odometry", "odometry.min_inliers must be at least 6");
+  require(o.odometry.motion.pixel_sigma_px > 0.0 && o.odometry.motion.disparity_sigma_px > 0.0, "odometry",
+          "odometry.pixel_sigma_px and disparity_sigma_px must be positive");
+  require(o.odometry.motion.max_depth_m > o.odometry.motion.min_depth_m && o.odometry.motion.min_depth_m > 0.0, "odometry",
+          "odometry.min_depth_m must be positive and below max_depth_m");
+}
+
+}  // namespace
+
+SlamOptions read_slam_config(const std::filesystem::path& file) {
+  TomlReader reader = TomlReader::from_file(file);
+  SlamOptions options;
+  slam_fields(reader, options);
+  reader.reject_unknown();
+  check(options, reader);
+  return options;
+}
+
+std::string to_toml(const SlamOptions& options) {
+  TomlWriter writer;
+  slam_fields(writer, options);
+  return writer.text();
+}
+
+}  // namespace demslam
