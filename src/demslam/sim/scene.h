@@ -63,7 +63,7 @@ struct RoverOptions {
 struct DemProductOptions {
   double cell_m = 5.0;
   double noise_rms_m = 0.5;
-  double correlation_m = 10.0;                        ///< noise correlation exp(-d^2 / (2 L^2))
+  double correlation_m = 10.0;                        ///< the noise's autocorrelation is exp(-(d / L)^2)
   double bias_m = 0.0;
   Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();  ///< the product shows the ground of (x, y) at (x, y) + shift
   double margin_m = 250.0;                            ///< around the route, as far as the base surface goes

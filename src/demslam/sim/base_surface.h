@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "demslam/dem/dem.h"
+#include "demslam/sim/patch.h"
+#include "demslam/sim/scene.h"
+
+namespace demslam {
+
+/// The ground at the scale of a raster: bicubic (Catmull-Rom, C1) between cell centres, so it passes through every height
+/// of the raster. No-data cells are filled smoothly for the renderer and remembered; beyond its edge the surface is mirrored.
+class BaseSurface {
+ public:
+  explicit BaseSurface(DemRaster raster);
+
+  /// Adds the surface to a patch, row by row.
+  void add_to(Patch& patch) const;
+
+  double cell_m() const { return raster_.cell_m; }
+  const DemRaster& raster() const { return raster_; }  ///< holes filled
+  bool inside(double x_m, double y_m) const;           ///< within the outermost cell centres
+  bool is_hole(double x_m, double y_m) const;          ///< the nearest cell has no data in the file
+
+ private:
+  DemRaster raster_;
+  std::vector<bool> hole_;
+};
+
+/// Replaces NaN by a smooth surface that meets the data around it. Throws Error when nothing but NaN is there.
+void fill_holes(DemRaster& raster);
+
+/// The fractal and crater law of a relief, shared by the generated base and the fine relief below any base.
+struct ReliefLaw {
+  double amplitude_1m = 0.0;    ///< amplitude of the octave of 1 m wavelength, metres
+  double hurst = 0.85;
+  double outer_scale_m = 100.0; ///< longest wavelength
+  double crater_density = 1.0;
+  double largest_crater_m = 100.0;
+
+  double amplitude_m(double wavelength_m) const;
+};
+ReliefLaw relief_law(const TerrainOptions& terrain);
+
+/// A generated base: octaves of noise and large craters of the law, centred on the map's origin.
+DemRaster generate_base(const TerrainOptions& terrain, std::uint64_t seed);
+
+/// Octaves of noise with wavelengths 0.01 m * 2^k in [shortest, longest), one seed for each k.
+void add_fractal(Patch& patch, const ReliefLaw& law, std::uint64_t seed, double shortest_m, double longest_m);
+
+}  // namespace demslam

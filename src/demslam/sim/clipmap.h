@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "demslam/sim/terrain.h"
+
+namespace demslam {
+
+/// The terrain as nested square grids around a place, each twice as coarse and twice as wide as the one inside it. The
+/// windows depend on the place alone, snapped to blocks, so every visit to a place sees the same surface; towards its outer
+/// edge a level turns into the next one, so that the surface has neither cracks nor steps. Memory is constant.
+class Clipmap {
+ public:
+  static constexpr int kBlock = 32;         ///< cells; windows move by two blocks, and holes are cut in blocks
+  static constexpr double kRadius = 1737400.0;  ///< of the Moon; the ground beyond kFlat falls off with its curvature
+  static constexpr double kFlat = 200.0;        ///< metres
+
+  struct Vertex {
+    float x, y, z;  ///< relative to origin()
+  };
+  struct Shade {
+    float slope_x, slope_y, albedo;
+  };
+  /// One grid of (cells + 1)^2 nodes, west to east, south to north.
+  struct Level {
+    double step_m = 0.0;
+    std::int64_t first_x = 0, first_y = 0;  ///< lattice index of the south-west node: x = first_x * step_m
+    std::vector<Vertex> vertices;
+    std::vector<Shade> shades;
+    std::vector<int> blocks;  ///< index (by rows of blocks) of each block that the finer level does not cover
+  };
+
+  /// `cells` per side, a multiple of 4 * kBlock; levels are added until the outermost reaches `range_m`.
+  Clipmap(const Terrain& terrain, int cells, double range_m);
+
+  /// Centres the windows on a map position. Returns whether anything changed.
+  bool centre_on(const Eigen::Vector2d& position);
+
+  int cells() const { return cells_; }
+  const std::vector<Level>& levels() const { return levels_; }
+  const Eigen::Vector3d& origin() const { return origin_; }  ///< map frame, moves in large steps (single precision near it)
+
+  /// Slope and albedo between the nodes of a level at a position relative to origin().
+  Shade shade(int level, float x, float y) const;
+  /// Height (map z) of the surface as it is shown: the innermost level that covers the position.
+  double shown_height(const Eigen::Vector2d& position) const;
+
+ private:
+  bool move_origin(const Eigen::Vector2d& position);
+  void build(Level& level, const Level* coarser) const;
+  void blend_edge(Level& level, const Level& coarser) const;
+  void cut_blocks();
+
+  const Terrain& terrain_;
+  int cells_;
+  std::vector<Level> levels_;  ///< finest first
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Constant(1e300);
+  Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
+};
+
+}  // namespace demslam

@@ -1,0 +1,137 @@
+#include "demslam/sim/dataset_writer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+#include "demslam/base/error.h"
+
+namespace demslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr float kSkyDepth = 65504.0F;  // LuSNAR's mark for no surface
+constexpr const char* kUnfinished = ".unfinished";
+
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw Error(folder.string() + ": the folder cannot be made (" + error.message() + ")");
+}
+
+std::string read_text(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+/// Velocity at a frame by central differences, map frame.
+Eigen::Vector3d velocity(const Trajectory& trajectory, std::size_t i) {
+  const StampedPose& before = trajectory[i > 0 ? i - 1 : i];
+  const StampedPose& after = trajectory[std::min(i + 1, trajectory.size() - 1)];
+  const double dt = to_seconds(after.t_ns - before.t_ns);
+  if (dt <= 0.0) return Eigen::Vector3d::Zero();
+  return (after.pose.translation() - before.pose.translation()) / dt;
+}
+
+}  // namespace
+
+DatasetWriter::DatasetWriter(fs::path out, const SceneOptions& scene) : out_(std::move(out)), with_depth_(scene.output.depth) {
+  const fs::path scene_file = out_ / "scene.toml";
+  const std::string text = scene_toml(scene);
+  if (fs::exists(scene_file) && read_text(scene_file) != text) {
+    throw Error(out_.string() + ": holds another scene (see its scene.toml); choose an empty folder");
+  }
+  for (const char* folder : {"image0/color", "image1/color", "truth", kUnfinished}) make_folder(out_ / folder);
+  if (with_depth_) make_folder(out_ / "image0/depth");
+  if (!fs::exists(scene_file)) write_text("scene.toml", text);
+}
+
+fs::path DatasetWriter::file(const char* folder, TimestampNs t_ns, const char* extension) const {
+  return out_ / folder / (std::to_string(t_ns) + extension);
+}
+
+fs::path DatasetWriter::unfinished(const fs::path& file) const { return out_ / kUnfinished / file.filename(); }
+
+bool DatasetWriter::has(TimestampNs t_ns) const {
+  return fs::exists(file("image0/color", t_ns, ".png")) && fs::exists(file("image1/color", t_ns, ".png")) &&
+         (!with_depth_ || fs::exists(file("image0/depth", t_ns, ".pfm")));
+}
+
+void DatasetWriter::publish(const fs::path& file) const {
+  std::error_code error;
+  fs::rename(unfinished(file), file, error);
+  if (error) throw Error(file.string() + ": cannot be written (" + error.message() + ")");
+}
+
+void DatasetWriter::write_bytes(const fs::path& file, const std::string& bytes) const {
+  std::ofstream stream(unfinished(file), std::ios::binary);
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) throw Error(file.string() + ": cannot be written; is the disk full or the folder read-only?");
+  publish(file);
+}
+
+void DatasetWriter::write_picture(const fs::path& file, const Image& image) const {
+  write_image(unfinished(file), image);
+  publish(file);
+}
+
+void DatasetWriter::write(const SimulatedFrame& frame) const {
+  if (!frame.depth_m.empty()) {
+    write_bytes(file("image0/depth", frame.t_ns, ".pfm"), pfm_bytes(frame.depth_m, frame.left.width, frame.left.height));
+  }
+  write_picture(file("image1/color", frame.t_ns, ".png"), frame.right);
+  write_picture(file("image0/color", frame.t_ns, ".png"), frame.left);
+}
+
+void DatasetWriter::write_text(const std::string& name, const std::string& text) const { write_bytes(out_ / name, text); }
+
+void DatasetWriter::write_raster(const std::string& name, const DemRaster& raster) const {
+  write_dem(unfinished(out_ / name), raster);
+  publish(out_ / name);
+}
+
+void DatasetWriter::close() const {
+  std::error_code ignored;  // an empty folder that stays harms nobody
+  fs::remove_all(out_ / kUnfinished, ignored);
+}
+
+std::string ground_truth_text(const Trajectory& trajectory) {
+  std::string text =
+      "#timestamp [ns], p_x [m], p_y [m], p_z [m], q_w [], q_x [], q_y [], q_z [], v_x [m s^-1], v_y [m s^-1], v_z [m s^-1], "
+      "b_w_x [rad s^-1], b_w_y [rad s^-1], b_w_z [rad s^-1], b_a_x [m s^-2], b_a_y [m s^-2], b_a_z [m s^-2]\n";
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    const Eigen::Vector3d& p = trajectory[i].pose.translation();
+    const Eigen::Quaterniond& q = trajectory[i].pose.rotation();
+    const Eigen::Vector3d v = velocity(trajectory, i);
+    char line[512];
+    std::snprintf(line, sizeof line, "%lld,%.9f,%.9f,%.9f,%.12f,%.12f,%.12f,%.12f,%.9f,%.9f,%.9f,0,0,0,0,0,0\n",
+                  static_cast<long long>(trajectory[i].t_ns), p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z(), v.x(), v.y(), v.z());
+    text += line;
+  }
+  return text;
+}
+
+std::string pfm_bytes(const std::vector<float>& values, int width, int height) {
+  std::string bytes = "Pf\n" + std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n";
+  for (int v = height - 1; v >= 0; --v) {
+    for (int u = 0; u < width; ++u) {
+      const float value = values[static_cast<std::size_t>(v) * width + u];
+      const float written = std::isfinite(value) ? value : kSkyDepth;
+      char raw[sizeof(float)];
+      std::memcpy(raw, &written, sizeof raw);
+      bytes.append(raw, sizeof raw);
+    }
+  }
+  return bytes;
+}
+
+}  // namespace demslam

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "demslam/dem/dem.h"
+#include "demslam/geometry/trajectory.h"
+#include "demslam/image/image.h"
+#include "demslam/sim/scene.h"
+
+namespace demslam {
+
+/// One finished frame of a simulation.
+struct SimulatedFrame {
+  TimestampNs t_ns = 0;
+  Image left, right;
+  std::vector<float> depth_m;  ///< left camera, rows from the top; empty: not wanted
+};
+
+/// Writes the LuSNAR layout. Every file appears under its name only when complete, so a killed run leaves whole frames.
+class DatasetWriter {
+ public:
+  /// Makes the folders. Throws Error when `out` cannot be written or holds another scene.
+  DatasetWriter(std::filesystem::path out, const SceneOptions& scene);
+
+  bool has(TimestampNs t_ns) const;
+  void write(const SimulatedFrame& frame) const;
+  void write_text(const std::string& name, const std::string& text) const;
+  void write_raster(const std::string& name, const DemRaster& raster) const;
+  /// The last call: removes what only a killed run needs.
+  void close() const;
+
+ private:
+  std::filesystem::path file(const char* folder, TimestampNs t_ns, const char* extension) const;
+  std::filesystem::path unfinished(const std::filesystem::path& file) const;
+  void publish(const std::filesystem::path& file) const;  ///< from its unfinished place to its name
+  void write_bytes(const std::filesystem::path& file, const std::string& bytes) const;
+  void write_picture(const std::filesystem::path& file, const Image& image) const;
+
+  std::filesystem::path out_;
+  bool with_depth_;
+};
+
+/// gt.txt: LuSNAR's 17 columns: ns, T_map_body as x y z and quaternion w x y z, velocity (map), gyro and accelerometer bias (0).
+std::string ground_truth_text(const Trajectory& trajectory);
+
+/// A one-channel PFM: little-endian floats, bottom row first.
+std::string pfm_bytes(const std::vector<float>& values, int width, int height);
+
+}  // namespace demslam

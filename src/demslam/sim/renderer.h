@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "demslam/geometry/camera.h"
+#include "demslam/sim/rocks.h"
+#include "demslam/sim/scene.h"
+#include "demslam/sim/terrain.h"
+
+namespace demslam {
+
+enum class Surface : std::uint8_t { sky, ground, rock };
+
+/// What one camera sees, before optics and electronics. Rows from the top, the centre of the top-left pixel is (0, 0).
+struct Rendering {
+  int width = 0, height = 0;
+  std::vector<float> radiance;    ///< I/F, mean over the pixel
+  std::vector<float> depth_m;     ///< camera z at the pixel's centre; infinity: sky
+  std::vector<Surface> surface;   ///< at the pixel's centre
+};
+
+/// Casts rays into terrain and rocks around a place (Embree): one sun, hard shadows, black sky. The scene is single
+/// precision relative to an origin near the rover. Rendering is parallel over pixel rows and does not depend on the threads.
+class Renderer {
+ public:
+  Renderer(const SceneOptions& scene, const Terrain& terrain, const Route& route);
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+
+  /// Puts one more object into the world, wherever the rover is (tests, landmarks).
+  void place(const Rock& rock);
+  /// Prepares the surroundings of a map position; needed before render(), and again when the rover has moved.
+  void centre_on(const Eigen::Vector2d& position);
+  Rendering render(const Camera& camera, const Pose& T_map_camera) const;
+
+ private:
+  struct World;
+  std::unique_ptr<World> world_;
+};
+
+}  // namespace demslam

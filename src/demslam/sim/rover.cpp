@@ -1,0 +1,87 @@
+#include "demslam/sim/rover.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "demslam/base/error.h"
+
+namespace demslam {
+namespace {
+
+constexpr TimestampNs kFirstStamp = 1'000'000'000;
+constexpr double kContactStep = 0.06;  // contact patch of a wheel: 3 x 3 nodes at this spacing
+
+double contact_height(const Terrain& terrain, const Eigen::Vector2d& wheel) {
+  Patch contact(wheel.x() - kContactStep, wheel.y() - kContactStep, kContactStep, 3, 3);
+  terrain.fill(contact);
+  double sum = 0.0;
+  for (const double height : contact.values) sum += height;
+  return sum / static_cast<double>(contact.values.size());
+}
+
+std::string place(const Eigen::Vector2d& position, double s_m) {
+  char text[96];
+  std::snprintf(text, sizeof text, "map x = %.1f m, y = %.1f m, after %.1f m of the route", position.x(), position.y(), s_m);
+  return text;
+}
+
+void check_ground(const BaseSurface& base, const Eigen::Vector2d& position, double s_m) {
+  if (!base.inside(position.x(), position.y())) {
+    throw Error("the route leaves the terrain at " + place(position, s_m) + "; shorten or move it, or use a larger DEM");
+  }
+  if (base.is_hole(position.x(), position.y())) {
+    throw Error("the route crosses a hole (no data) of the DEM at " + place(position, s_m) + "; move the route");
+  }
+}
+
+}  // namespace
+
+Pose standing_pose(const Terrain& terrain, const RoverOptions& rover, const Eigen::Vector2d& position, double heading) {
+  const Eigen::Vector2d forward(std::cos(heading), std::sin(heading)), left(-forward.y(), forward.x());
+  const auto wheel = [&](double along, double aside) {
+    return contact_height(terrain, position + along * rover.wheelbase_m * forward + aside * rover.track_m * left);
+  };
+  const double front_left = wheel(0.5, 0.5), front_right = wheel(0.5, -0.5);
+  const double rear_left = wheel(-0.5, 0.5), rear_right = wheel(-0.5, -0.5);
+  const double slope_forward = 0.5 * (front_left + front_right - rear_left - rear_right) / rover.wheelbase_m;
+  const double slope_left = 0.5 * (front_left + rear_left - front_right - rear_right) / rover.track_m;
+  Eigen::Matrix3d R_map_body;
+  const Eigen::Vector3d x = Eigen::Vector3d(forward.x(), forward.y(), slope_forward).normalized();
+  const Eigen::Vector3d z = x.cross(Eigen::Vector3d(left.x(), left.y(), slope_left)).normalized();
+  R_map_body << x, z.cross(x), z;
+  const double height = 0.25 * (front_left + front_right + rear_left + rear_right);
+  return Pose(R_map_body, Eigen::Vector3d(position.x(), position.y(), height));
+}
+
+Trajectory drive(const Terrain& terrain, const RoverOptions& rover, const Route& route) {
+  const double step = rover.speed_m_per_s / rover.frame_rate_hz;
+  const auto frames = static_cast<std::size_t>(std::floor(route.length_m() / step + 1e-9)) + 1;
+  Trajectory trajectory;
+  for (std::size_t i = 0; i < frames; ++i) {
+    const double s = static_cast<double>(i) * step;
+    check_ground(terrain.base(), route.position(s), s);
+    const auto t_ns = kFirstStamp + static_cast<TimestampNs>(std::llround(1e9 * static_cast<double>(i) / rover.frame_rate_hz));
+    trajectory.push_back({t_ns, standing_pose(terrain, rover, route.position(s), route.heading(s))});
+  }
+  return trajectory;
+}
+
+StereoRig stereo_rig(const CameraOptions& options) {
+  Camera camera;
+  camera.width = options.width_px;
+  camera.height = options.height_px;
+  camera.fx = camera.fy = 0.5 * options.width_px / std::tan(options.horizontal_fov_deg * std::numbers::pi / 360.0);
+  camera.cx = 0.5 * (options.width_px - 1);
+  camera.cy = 0.5 * (options.height_px - 1);
+  StereoRig rig;
+  rig.left = rig.right = camera;
+  rig.T_left_right = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(options.baseline_m, 0.0, 0.0));
+  const double pitch = options.pitch_down_deg * std::numbers::pi / 180.0;
+  rig.T_body_left = Pose(rotation_from_rpy(0.0, pitch, 0.0) * R_body_camera_level(),
+                         Eigen::Vector3d(options.forward_m, 0.5 * options.baseline_m, options.height_m));
+  return rig;
+}
+
+}  // namespace demslam

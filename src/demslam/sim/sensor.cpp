@@ -1,0 +1,104 @@
+#include "demslam/sim/sensor.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "demslam/base/random.h"
+
+namespace demslam {
+namespace {
+
+/// Approximately normal (sum of four uniforms of 16 bits, variance 1), one hash per pixel.
+float quick_normal(std::uint64_t word) {
+  const std::uint64_t bits = Random::mix(word);
+  const std::uint64_t sum = (bits & 0xffff) + ((bits >> 16) & 0xffff) + ((bits >> 32) & 0xffff) + (bits >> 48);
+  constexpr float kScale = 1.7320508F / 65536.0F;  // the sum's variance is 4 / 12 in units of 65536
+  return (static_cast<float>(sum) - 131070.0F) * kScale;
+}
+
+std::vector<float> gaussian_kernel(double sigma) {
+  const int radius = static_cast<int>(std::ceil(3.0 * sigma));
+  std::vector<float> kernel;
+  float sum = 0.0F;
+  for (int i = -radius; i <= radius; ++i) {
+    kernel.push_back(static_cast<float>(std::exp(-0.5 * i * i / (sigma * sigma))));
+    sum += kernel.back();
+  }
+  for (float& weight : kernel) weight /= sum;
+  return kernel;
+}
+
+/// One pass of a separable blur, edges repeated: `stride` is 1 along rows, the width along columns.
+void blur_pass(const std::vector<float>& from, std::vector<float>& to, int width, int height, bool along_rows,
+               const std::vector<float>& kernel) {
+  const int radius = static_cast<int>(kernel.size()) / 2, limit = (along_rows ? width : height) - 1;
+  tbb::parallel_for(0, height, [&](int v) {
+    for (int u = 0; u < width; ++u) {
+      float sum = 0.0F;
+      for (int k = -radius; k <= radius; ++k) {
+        const int moved = std::clamp((along_rows ? u : v) + k, 0, limit);
+        const std::size_t at = along_rows ? static_cast<std::size_t>(v) * width + moved : static_cast<std::size_t>(moved) * width + u;
+        sum += kernel[k + radius] * from[at];
+      }
+      to[static_cast<std::size_t>(v) * width + u] = sum;
+    }
+  });
+}
+
+std::vector<float> blurred(const Rendering& rendering, double sigma_px) {
+  if (sigma_px <= 0.0) return rendering.radiance;
+  const std::vector<float> kernel = gaussian_kernel(sigma_px);
+  std::vector<float> half(rendering.radiance.size()), full(rendering.radiance.size());
+  blur_pass(rendering.radiance, half, rendering.width, rendering.height, true, kernel);
+  blur_pass(half, full, rendering.width, rendering.height, false, kernel);
+  return full;
+}
+
+/// Light (1 = white) to grey value.
+struct Electronics {
+  explicit Electronics(const CameraOptions& camera)
+      : full_well(static_cast<float>(camera.full_well_e)), read_noise(static_cast<float>(camera.read_noise_e)),
+        inverse_gamma(static_cast<float>(1.0 / camera.gamma)) {}
+
+  std::uint8_t grey(float light, std::uint64_t noise_word) const {
+    if (full_well > 0.0F) {
+      const float electrons = light * full_well;
+      light = (electrons + std::sqrt(electrons + read_noise * read_noise) * quick_normal(noise_word)) / full_well;
+    }
+    const float clipped = std::clamp(light, 0.0F, 1.0F);
+    const float encoded = inverse_gamma == 0.5F ? std::sqrt(clipped) : std::pow(clipped, inverse_gamma);
+    return static_cast<std::uint8_t>(255.0F * encoded + 0.5F);
+  }
+
+  float full_well, read_noise, inverse_gamma;
+};
+
+}  // namespace
+
+double automatic_exposure(const Rendering& rendering) {
+  std::vector<float> lit;
+  for (const float value : rendering.radiance) {
+    if (value > 0.0F) lit.push_back(value);
+  }
+  if (lit.empty()) return 1.0;
+  const auto at = lit.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(lit.size() - 1));
+  std::nth_element(lit.begin(), at, lit.end());
+  return 0.8 / *at;
+}
+
+Image develop(const Rendering& rendering, const CameraOptions& camera, double exposure, std::uint64_t noise_key) {
+  const std::vector<float> light = blurred(rendering, camera.blur_px);
+  const Electronics electronics(camera);
+  Image image(rendering.width, rendering.height);
+  tbb::parallel_for(0, rendering.height, [&](int v) {
+    for (int u = 0; u < rendering.width; ++u) {
+      const std::size_t i = static_cast<std::size_t>(v) * rendering.width + u;
+      image.pixels[i] = electronics.grey(static_cast<float>(exposure) * light[i], noise_key + i * 0x9e3779b97f4a7c15ULL);
+    }
+  });
+  return image;
+}
+
+}  // namespace demslam

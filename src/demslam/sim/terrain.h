@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+
+#include "demslam/sim/base_surface.h"
+#include "demslam/sim/craters.h"
+#include "demslam/sim/noise.h"
+#include "demslam/sim/patch.h"
+
+namespace demslam {
+
+/// The ground without its rocks: base surface + fractal relief + small craters. One truth for everybody: the rover rides
+/// height(), the renderer shows it, the DEM product averages it. Memory does not grow with the area looked at.
+class Terrain {
+ public:
+  /// Reads or generates the base. Throws Error when the DEM cannot be read.
+  Terrain(const TerrainOptions& options, std::uint64_t seed);
+
+  static constexpr double kFinestStep = 0.02;  ///< metres; the finest grid that height() is made for
+
+  /// Heights at the patch's nodes, map z; detail that the patch's step cannot hold (wavelengths below two steps, craters below
+  /// three) is left out.
+  void fill(Patch& patch) const;
+  /// The full surface at a point.
+  double height(double x_m, double y_m) const;
+  /// Slope of the texture too fine for a patch of this step, down to `shortest_m`: it shades, but moves no geometry.
+  FieldSample micro_relief(double x_m, double y_m, double step_m, double shortest_m) const;
+  /// Relative albedo at the patch's nodes, mean 1.
+  void fill_albedo(Patch& patch) const;
+
+  const BaseSurface& base() const { return base_; }
+
+ private:
+  ReliefLaw law_;
+  std::uint64_t seed_;
+  BaseSurface base_;
+  CraterField craters_;
+};
+
+}  // namespace demslam
