@@ -4,9 +4,10 @@
 
 namespace demslam {
 
-/// Corners (Shi-Tomasi response, sub-pixel peak, spread over a grid of cells) with upright SIFT descriptors of one
-/// scale. Needs no file. Upright and single-scale on purpose: a rover rolls little, and neighbouring views differ
-/// little in scale. Gives no corner where the image is flat: a black image has no features.
+/// Corners (Foerstner's measure, sub-pixel peak, spread over a grid of cells), described by 4x4 upright sums of eight
+/// gradient directions, as SIFT does, read from maps that are filtered once per image (after DAISY). Needs no file.
+/// Upright and of one scale on purpose: a rover rolls little, and neighbouring views differ little in scale. Flat
+/// image, no corner.
 class ClassicalExtractor : public Extractor {
  public:
   explicit ClassicalExtractor(int max_features) : max_features_(max_features) {}

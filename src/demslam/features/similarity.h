@@ -5,10 +5,12 @@
 
 namespace demslam {
 
-/// The two best dot products of one row against a set, and where the best is. -1: the set was empty.
+inline constexpr float kNone = -2.0F;  ///< below every cosine
+
+/// The two best dot products of one row against a set, and where the best is; -1 and kNone: the set was empty.
 struct BestTwo {
   int index = -1;
-  float best = -2.0F, second = -2.0F;  ///< cosines of unit rows; -2 where there is none
+  float best = kNone, second = kNone;
 };
 
 /// Row-major rows of `width` floats, without padding.
