@@ -1,0 +1,96 @@
+#include "demslam/anchoring/anchor.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace demslam {
+namespace {
+
+const Eigen::Vector3d kLever(0.0, 0.0, -1.0);
+
+/// Waves of 100 m length and 3 m height, 200 m square.
+DemRaster waves() {
+  DemRaster dem{.rows = 40, .cols = 40, .cell_m = 5.0, .west_m = -100.0, .north_m = 100.0};
+  for (int row = 0; row < 40; ++row) {
+    for (int col = 0; col < 40; ++col) {
+      const Eigen::Vector2d p = dem.centre(row, col);
+      dem.heights.push_back(static_cast<float>(3.0 * std::sin(p.x() * 0.0628) * std::cos(p.y() * 0.0628)));
+    }
+  }
+  return dem;
+}
+
+/// Forty keyframes 3 m apart, eastwards on the true terrain; odometry that climbs 2 cm too much at every step.
+PoseGraph climbing(const Dem& dem) {
+  Vector6d sigma;
+  sigma << 1e-3, 1e-3, 1e-3, 0.03, 0.03, 0.03;
+  const Matrix6d covariance = sigma.cwiseAbs2().asDiagonal();
+  PoseGraph graph;
+  std::vector<Pose> truth;
+  for (int k = 0; k < 40; ++k) {
+    const double x = -60.0 + 3.0 * k;
+    truth.emplace_back(Eigen::Quaterniond::Identity(), Eigen::Vector3d(x, 10.0, *dem.height(x, 10.0) + 1.0));
+    const Pose climb(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.0, 0.0, 0.02));
+    if (k == 0) {
+      graph.add_keyframe(truth[0]);
+      graph.add_prior(0, truth[0], 1e-6 * Matrix6d::Identity());
+      continue;
+    }
+    const Pose step = truth[k - 1].inverse() * truth[k] * climb;
+    graph.add_keyframe(graph.T_map_body(k - 1) * step);
+    graph.add_odometry({static_cast<std::size_t>(k - 1), static_cast<std::size_t>(k), step, covariance});
+  }
+  return graph;
+}
+
+double end_height_error_m(const PoseGraph& graph, const Dem& dem) {
+  const Eigen::Vector3d p = graph.T_map_body(39).translation();
+  return p.z() - 1.0 - *dem.height(p.x(), p.y());
+}
+
+TEST(DemAnchor, BringsADriftingHeightBackToTheTerrain) {
+  const auto dem = std::make_shared<Dem>(waves());
+  for (const bool full : {true, false}) {
+    PoseGraph graph = climbing(*dem);
+    EXPECT_NEAR(end_height_error_m(graph, *dem), 0.78, 0.02);
+    add_dem_factors(graph, dem, {.sigma_dem_m = 0.1, .sigma_contact_m = 0.0, .normal = false, .full_gradient = full},
+                    kLever);
+    graph.optimize();
+    EXPECT_NEAR(end_height_error_m(graph, *dem), 0.0, 0.1);
+  }
+}
+
+TEST(DemAnchor, AnchorsOncePerSpacingAndEachKeyframeOnce) {
+  const auto dem = std::make_shared<Dem>(waves());
+  PoseGraph graph = climbing(*dem);
+  DemAnchor anchor(dem, {.spacing_m = 9.0, .max_tilt_deg = 60.0}, kLever);
+  anchor.update(graph);
+  anchor.update(graph);
+  EXPECT_EQ(anchor.report().height, 14);  // keyframes 0, 3, 6, ... 39
+  EXPECT_EQ(anchor.report().normal, 14);
+}
+
+TEST(DemAnchor, CountsWhatLiesOutsideOrInHoles) {
+  DemRaster holed = waves();
+  for (int col = 0; col < 20; ++col) holed.at(17, col) = std::numeric_limits<float>::quiet_NaN();
+  const auto dem = std::make_shared<Dem>(waves());
+  PoseGraph graph = climbing(*dem);
+  const AnchoringReport report = add_dem_factors(graph, std::make_shared<Dem>(holed), {.spacing_m = 3.0}, kLever);
+  EXPECT_GT(report.skipped_outside, 15);
+  EXPECT_EQ(report.skipped_outside + report.height, 40);
+}
+
+TEST(DemAnchor, GivesAnOverturnedKeyframeNoNormal) {
+  const auto dem = std::make_shared<Dem>(waves());
+  PoseGraph graph;
+  graph.add_keyframe(Pose(rotation_from_rpy(3.0, 0.0, 0.0), Eigen::Vector3d(0.0, 0.0, 1.0)));
+  const AnchoringReport report = add_dem_factors(graph, dem, {}, kLever);
+  EXPECT_EQ(report.skipped_tilt, 1);
+  EXPECT_EQ(report.normal, 0);
+  EXPECT_EQ(report.height, 1);
+}
+
+}  // namespace
+}  // namespace demslam
