@@ -58,12 +58,42 @@ void loop_fields(Io& io, O& o) {
 }
 
 template <class Io, class O>
+void anchoring_fields(Io& io, O& o) {
+  io.field("spacing_m", o.spacing_m);
+  io.field("sigma_dem_m", o.sigma_dem_m);
+  io.field("sigma_contact_m", o.sigma_contact_m);
+  io.field("normal", o.normal);
+  io.field("sigma_normal_deg", o.sigma_normal_deg);
+  io.field("kernel_sigmas", o.kernel_sigmas);
+  io.field("full_gradient", o.full_gradient);
+  io.field("max_tilt_deg", o.max_tilt_deg);
+}
+
+template <class Io, class O>
+void systematic_fields(Io& io, O& o) {
+  io.field("enabled", o.enabled);
+  io.field("scale_sigma", o.scale_sigma);
+  io.field("rotation_sigma_deg_per_m", o.rotation_sigma_deg_per_m);
+  io.field("stretch_m", o.stretch_m);
+  io.field("scale_walk_per_sqrt_km", o.scale_walk_per_sqrt_km);
+  io.field("rotation_walk_deg_per_m_per_sqrt_km", o.rotation_walk_deg_per_m_per_sqrt_km);
+}
+
+template <class Io, class O>
+void graph_fields(Io& io, O& o) {
+  io.field("loop_kernel_sigmas", o.loop_kernel_sigmas);
+  io.field("max_iterations", o.max_iterations);
+  io.section("systematic", [&](Io& section) { systematic_fields(section, o.systematic); });
+}
+
+template <class Io, class O>
 void slam_fields(Io& io, O& o) {
   io.field("use_loops", o.use_loops);
   io.field("use_dem", o.use_dem);
   io.field("optimize_every_keyframes", o.optimize_every_keyframes);
   io.section("frontend", [&](Io& section) { frontend_fields(section, o.frontend); });
   io.section("odometry", [&](Io& section) { odometry_fields(section, o.odometry); });
+  io.section("graph", [&](Io& section) { graph_fields(section, o.graph); });
   io.section("loops", [&](Io& section) { loop_fields(section, o.loops); });
   io.section("anchoring", [&](Io& section) { anchoring_fields(section, o.anchoring); });
 }

@@ -18,8 +18,6 @@ struct SlamOptions {
 
   bool use_loops = true;           ///< false: --no-loops
   bool use_dem = true;             ///< false: --no-dem; without a DEM nothing changes
-  double start_sigma_m = 0.1;      ///< of the start pose, when the mission does not state one
-  double start_sigma_deg = 0.5;
   int optimize_every_keyframes = 50;  ///< batch optimisation in the run, besides those after a loop and at the end
 };
 

@@ -82,6 +82,11 @@ std::size_t last_frame(const RunInputs& inputs, const StereoSequence& sequence) 
   return inputs.first_frame + (inputs.max_frames == 0 ? left : std::min(left, inputs.max_frames));
 }
 
+double first_to_last_m(const Trajectory& trajectory) {
+  if (trajectory.empty()) return 0.0;
+  return (trajectory.back().pose.translation() - trajectory.front().pose.translation()).norm();
+}
+
 Json file_json(const fs::path& file) {
   return {{"path", fs::absolute(file).lexically_normal().string()}, {"sha256", sha256_of_file(file)}};
 }
@@ -96,7 +101,11 @@ Json counters_json(const SlamCounters& counters) {
             {"verified", counters.loops.verified},
             {"accepted", counters.loops.accepted},
             {"rejected", counters.loops.rejected}}},
-          {"dem_factors", counters.dem_factors}};
+          {"dem_factors",
+           {{"height", counters.anchoring.height},
+            {"normal", counters.anchoring.normal},
+            {"skipped_outside", counters.anchoring.skipped_outside},
+            {"skipped_tilt", counters.anchoring.skipped_tilt}}}};
 }
 
 Json inputs_json(const RunInputs& inputs, const StereoSequence& sequence, const std::optional<fs::path>& dem) {
@@ -113,6 +122,7 @@ std::string summary_json(const RunInputs& inputs, const StereoSequence& sequence
   for (const fs::path& model : {options.frontend.extractor_model, options.frontend.matcher_model}) {
     if (!model.empty()) models.push_back(file_json(model));
   }
+  const Trajectory& trajectory = report.result.trajectory;
   const Json json = {{"demslam", kVersion},
                      {"inputs", inputs_json(inputs, sequence, dem)},
                      {"models", models},

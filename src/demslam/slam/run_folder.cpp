@@ -57,8 +57,20 @@ std::string geojson_text(const Trajectory& trajectory, const LocalFrame& frame) 
   return Json{{"type", "FeatureCollection"}, {"features", {feature}}}.dump(1) + "\n";
 }
 
+const char* name_of(LoopStatus status) {
+  switch (status) {
+    case LoopStatus::accepted: return "accepted";
+    case LoopStatus::not_matched: return "not matched";
+    case LoopStatus::inconsistent: return "inconsistent";
+  }
+  return "";
+}
+
 Json loop_json(const LoopResult& loop) {
-  return {{"keyframe", loop.measurement.i}, {"status", to_string(loop.status)}, {"inliers", loop.inliers}};
+  Json json = {{"status", name_of(loop.status)}, {"inliers", loop.inliers}};
+  if (loop.status != LoopStatus::not_matched) json["keyframe"] = loop.measurement.i;
+  if (!loop.reason.empty()) json["reason"] = loop.reason;
+  return json;
 }
 
 std::string record_json(const FrameRecord& record) {

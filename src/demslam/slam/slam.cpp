@@ -42,7 +42,7 @@ struct Slam::State {
   StartPrior start;
   PoseGraph graph;
   LoopClosure loops;
-  DemAnchoring anchoring;
+  std::optional<DemAnchor> anchor;  ///< none without a DEM
   std::vector<Keyframe> keyframes;
   std::vector<TrackedFrame> frames;
   SlamCounters counters;
@@ -55,8 +55,9 @@ struct Slam::State {
         dem(std::move(elevation)),
         start(prior),
         graph(o.graph),
-        loops(o.loops, rig.T_body_left, verifier()),
-        anchoring(dem, rig.p_body_ground, o.anchoring) {}
+        loops(o.loops, rig.T_body_left, verifier()) {
+    if (dem) anchor.emplace(dem, o.anchoring, rig.p_body_ground);
+  }
 
   LoopVerifier verifier() {
     const auto features = [this](std::size_t keyframe) { return keyframes[keyframe].features; };
@@ -143,7 +144,7 @@ FrameRecord Slam::process(TimestampNs t_ns, const Image& left, const Image& righ
   record.odometry = s.odometry.process(t_ns, left, right);
   if (record.odometry.is_keyframe) {
     record.odometry.keyframe == 0 ? s.add_first_keyframe(record.odometry) : s.add_keyframe(record.odometry);
-    s.anchoring.add_keyframe(s.graph, record.odometry.keyframe);
+    if (s.anchor) s.anchor->update(s.graph);
     const Stopwatch loop;
     if (s.options.use_loops) record.loop = s.close_loops();
     record.loop_ms = loop.elapsed_ms();
@@ -172,7 +173,7 @@ SlamResult Slam::finish() {
   result.counters = s.counters;
   result.counters.keyframes = s.keyframes.size();
   result.counters.loops = s.loops.counters();
-  result.counters.anchoring = s.anchoring.report();
+  if (s.anchor) result.counters.anchoring = s.anchor->report();
   return result;
 }
 
