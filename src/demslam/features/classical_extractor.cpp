@@ -14,7 +14,8 @@ constexpr int kCellPx = 32;            // corners take turns by cell, so that ro
 constexpr float kMinResponse = 0.02F;  // about what one grey level of noise gives
 constexpr int kGrid = 4;               // descriptor: kGrid x kGrid sums of directions
 constexpr float kGridStepPx = 6.0F;
-constexpr int kWidth = kGrid * kGrid * kDirections;
+constexpr int kWidth = ClassicalExtractor::kDescriptorWidth;
+static_assert(kWidth == kGrid * kGrid * kDirections);
 
 struct Corner {
   float u, v, response;

@@ -10,6 +10,8 @@ namespace demslam {
 /// image, no corner.
 class ClassicalExtractor : public Extractor {
  public:
+  static constexpr int kDescriptorWidth = 128;
+
   explicit ClassicalExtractor(int max_features) : max_features_(max_features) {}
   Features extract(const Image& image) override;
 

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace demslam {
+
+/// One input or output of a graph.
+struct TensorInfo {
+  std::string name, type;           ///< "float32", "int64" or "other"
+  std::vector<std::int64_t> shape;  ///< -1: any size
+};
+
+/// What a model file takes and gives, and how it is to be fed (docs/models.md).
+enum class Contract { xfeat, superpoint, lightglue };
+std::string to_string(Contract contract);
+
+/// The card <file>.toml beside a model; every field is optional.
+struct ModelCard {
+  std::string name, contract, licence, sha256, normalisation;
+};
+
+struct ModelInfo {
+  std::filesystem::path file;
+  ModelCard card;
+  std::string sha256;  ///< of the file itself
+  Contract contract = Contract::xfeat;
+  int descriptor_width = -1;  ///< -1: the graph does not say
+  std::vector<TensorInfo> inputs, outputs;
+};
+
+/// Opens a model and says what it is. Throws Error with the reason: missing, not ONNX, truncated, a SHA-256 or contract
+/// other than its card's, inputs and outputs that fit no contract.
+ModelInfo inspect_model(const std::filesystem::path& file);
+
+}  // namespace demslam

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+
+#include "demslam/features/model_info.h"
+
+namespace demslam {
+
+/// A dense tensor; values are in `floats` or, for int64 outputs, in `integers`.
+struct Tensor {
+  std::vector<std::int64_t> shape;
+  std::vector<float> floats;
+  std::vector<std::int64_t> integers;
+};
+
+/// An ONNX graph ready to run. Deterministic; its worker threads sleep between runs.
+class OnnxSession {
+ public:
+  /// Throws Error when the file is missing or no ONNX model.
+  OnnxSession(const std::filesystem::path& file, int threads);
+  ~OnnxSession();
+  OnnxSession(OnnxSession&&) noexcept;
+
+  std::vector<TensorInfo> inputs() const;
+  std::vector<TensorInfo> outputs() const;
+
+  /// Float inputs and the named outputs, in the order given. Throws Error when the graph fails.
+  std::vector<Tensor> run(const std::vector<std::string>& input_names, std::vector<Tensor> inputs,
+                          const std::vector<std::string>& output_names);
+
+ private:
+  struct Runtime;
+  std::unique_ptr<Runtime> runtime_;
+};
+
+/// A model whose contract is known, with its session.
+struct OpenModel {
+  ModelInfo info;
+  OnnxSession session;
+};
+
+/// As inspect_model, keeping the session.
+OpenModel open_model(const std::filesystem::path& file, int threads);
+
+}  // namespace demslam

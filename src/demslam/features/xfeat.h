@@ -1,0 +1,22 @@
+#pragma once
+
+#include "demslam/features/features.h"
+
+namespace demslam {
+
+/// What the XFeat network gives for an image of (8 columns) x (8 rows) pixels; channel-major maps of rows x columns.
+struct XFeatMaps {
+  const std::vector<float>& descriptors;  ///< width channels, not normalised
+  int width = 0, rows = 0, columns = 0;
+  const std::vector<float>& keypoint_logits;  ///< 65 channels: the 8x8 pixels of a cell in reading order, then "none"
+  const std::vector<float>& reliability;      ///< 1 channel
+};
+
+/// XFeat's own decoding (CVPR 2024): keypoints at whole pixels, best first, at most `max_features`, inside the image
+/// only.
+Features decode_xfeat(const XFeatMaps& maps, int image_width, int image_height, int max_features);
+
+/// Indices of the largest `count` scores, largest first; equal ones in ascending order.
+std::vector<std::size_t> strongest(const std::vector<float>& scores, int count);
+
+}  // namespace demslam
