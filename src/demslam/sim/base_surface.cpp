@@ -7,7 +7,6 @@
 #include "demslam/base/error.h"
 #include "demslam/base/random.h"
 #include "demslam/sim/craters.h"
-#include "demslam/sim/noise.h"
 
 namespace demslam {
 namespace {
@@ -171,7 +170,7 @@ DemRaster generate_base(const TerrainOptions& terrain, std::uint64_t seed) {
   raster.north_m = 0.5 * raster.rows * raster.cell_m;
   Patch patch(raster.centre(0, 0).x(), raster.centre(raster.rows - 1, 0).y(), raster.cell_m, raster.cols, raster.rows);
   const ReliefLaw law = relief_law(terrain);
-  add_fractal(patch, law, seed, 4.0 * raster.cell_m, law.outer_scale_m);
+  for (const Noise& octave : fractal_octaves(law, seed, 4.0 * raster.cell_m, law.outer_scale_m)) octave.add_to(patch);
   const CraterField craters{Random::mix(seed + 2), law.crater_density, 8.0 * raster.cell_m, law.largest_crater_m};
   craters.add_to(patch, raster.cell_m);
   raster.heights.resize(patch.values.size());
@@ -182,12 +181,14 @@ DemRaster generate_base(const TerrainOptions& terrain, std::uint64_t seed) {
   return raster;
 }
 
-void add_fractal(Patch& patch, const ReliefLaw& law, std::uint64_t seed, double shortest_m, double longest_m) {
-  std::uint64_t octave = 0;
-  for (double wavelength = 0.01; wavelength < longest_m; wavelength *= 2.0, ++octave) {
+std::vector<Noise> fractal_octaves(const ReliefLaw& law, std::uint64_t seed, double shortest_m, double longest_m) {
+  std::vector<Noise> octaves;
+  std::uint64_t k = 0;
+  for (double wavelength = 0.01; wavelength < longest_m; wavelength *= 2.0, ++k) {
     if (wavelength < shortest_m) continue;
-    Noise{Random::mix(seed + octave), wavelength, law.amplitude_m(wavelength) / kNoiseRms}.add_to(patch);
+    octaves.push_back({Random::mix(seed + k), wavelength, law.amplitude_m(wavelength) / kNoiseRms});
   }
+  return octaves;
 }
 
 }  // namespace demslam

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "demslam/dem/dem.h"
+#include "demslam/sim/noise.h"
 #include "demslam/sim/patch.h"
 #include "demslam/sim/scene.h"
 
@@ -47,7 +48,7 @@ ReliefLaw relief_law(const TerrainOptions& terrain);
 /// A generated base: octaves of noise and large craters of the law, centred on the map's origin.
 DemRaster generate_base(const TerrainOptions& terrain, std::uint64_t seed);
 
-/// Octaves of noise with wavelengths 0.01 m * 2^k in [shortest, longest), one seed for each k.
-void add_fractal(Patch& patch, const ReliefLaw& law, std::uint64_t seed, double shortest_m, double longest_m);
+/// Octaves of noise with wavelengths 0.01 m * 2^k in [shortest, longest), shortest first, one seed for each k.
+std::vector<Noise> fractal_octaves(const ReliefLaw& law, std::uint64_t seed, double shortest_m, double longest_m);
 
 }  // namespace demslam

@@ -12,13 +12,14 @@ constexpr double kOriginStep = 64.0;
 constexpr int kStripRows = 16;  // rows of a level that are evaluated at once
 
 std::int64_t snapped(double position, double step_m, int cells) {
-  const double snap = 2.0 * Clipmap::kBlock * step_m;
-  return static_cast<std::int64_t>(std::llround(position / snap)) * 2 * Clipmap::kBlock - cells / 2;
+  const int snap = cells / 4;
+  return static_cast<std::int64_t>(std::llround(position / (snap * step_m))) * snap - cells / 2;
 }
 
-double curvature_drop(double distance) {
-  const double beyond = std::max(0.0, distance - Clipmap::kFlat);
-  return beyond * beyond / (2.0 * Clipmap::kRadius);
+double curvature_drop(double east, double north) {
+  const double distance = std::sqrt(east * east + north * north);
+  const double beyond = distance - Clipmap::kFlat;
+  return beyond <= 0.0 ? 0.0 : beyond * beyond / (2.0 * Clipmap::kRadius);
 }
 
 /// Position on a level's lattice: the node to the south-west and the fractions from it, kept inside the level.
@@ -75,6 +76,11 @@ bool Clipmap::centre_on(const Eigen::Vector2d& position) {
   return changed;
 }
 
+Eigen::Vector2d Clipmap::centre() const {
+  const Level& finest = levels_.front();
+  return finest.step_m * Eigen::Vector2d(finest.first_x + cells_ / 2, finest.first_y + cells_ / 2);
+}
+
 void Clipmap::build(Level& level, const Level* coarser) const {
   const int nodes = cells_ + 1;
   level.vertices.resize(static_cast<std::size_t>(nodes) * nodes + 1);  // one more: Embree reads 16 bytes a vertex
@@ -90,7 +96,7 @@ void Clipmap::build(Level& level, const Level* coarser) const {
       const double y = albedo.y(row);
       const double *mid = heights.row(row + 1), *south = heights.row(row), *north = heights.row(row + 2);
       for (int col = 0; col < nodes; ++col) {
-        const double x = albedo.x(col), drop = curvature_drop(std::hypot(x - centre_x, y - centre_y));
+        const double x = albedo.x(col), drop = curvature_drop(x - centre_x, y - centre_y);
         const std::size_t i = static_cast<std::size_t>(first + row) * nodes + col;
         level.vertices[i] = {static_cast<float>(x - origin_.x()), static_cast<float>(y - origin_.y()),
                              static_cast<float>(mid[col + 1] - drop - origin_.z())};
@@ -109,11 +115,11 @@ void Clipmap::blend_edge(Level& level, const Level& coarser) const {
   for (int row = 0; row < nodes; ++row) {
     for (int col = 0; col < nodes; ++col) {
       const int inset = std::min({row, col, cells_ - row, cells_ - col});
-      if (inset >= kBlock) {
-        col = cells_ - kBlock;
+      if (inset >= block()) {
+        col = cells_ - block();
         continue;
       }
-      const auto weight = static_cast<float>(1.0 - smooth_step(0.0, kBlock, inset));
+      const auto weight = static_cast<float>(1.0 - smooth_step(0.0, block(), inset));
       const float east = 0.5F * static_cast<float>(level.first_x + col - 2 * coarser.first_x);
       const float north = 0.5F * static_cast<float>(level.first_y + row - 2 * coarser.first_y);
       const Node node = node_at(cells_, east, north);
@@ -128,13 +134,13 @@ void Clipmap::blend_edge(Level& level, const Level& coarser) const {
 }
 
 void Clipmap::cut_blocks() {
-  const int per_side = cells_ / kBlock;
+  const int per_side = cells_ / block();
   for (std::size_t k = 0; k < levels_.size(); ++k) {
     Level& level = levels_[k];
     level.blocks.clear();
     const bool innermost = k == 0;
-    const std::int64_t hole_x = innermost ? 0 : (levels_[k - 1].first_x / 2 - level.first_x) / kBlock;
-    const std::int64_t hole_y = innermost ? 0 : (levels_[k - 1].first_y / 2 - level.first_y) / kBlock;
+    const std::int64_t hole_x = innermost ? 0 : (levels_[k - 1].first_x / 2 - level.first_x) / block();
+    const std::int64_t hole_y = innermost ? 0 : (levels_[k - 1].first_y / 2 - level.first_y) / block();
     const auto covered = [&](std::int64_t block, std::int64_t hole) { return block >= hole && block < hole + per_side / 2; };
     for (int by = 0; by < per_side; ++by) {
       for (int bx = 0; bx < per_side; ++bx) {

@@ -9,11 +9,10 @@
 namespace demslam {
 
 /// The terrain as nested square grids around a place, each twice as coarse and twice as wide as the one inside it. The
-/// windows depend on the place alone, snapped to blocks, so every visit to a place sees the same surface; towards its outer
+/// windows depend on the place alone, moving by two blocks at a time, so every visit to a place sees the same surface; towards its outer
 /// edge a level turns into the next one, so that the surface has neither cracks nor steps. Memory is constant.
 class Clipmap {
  public:
-  static constexpr int kBlock = 32;         ///< cells; windows move by two blocks, and holes are cut in blocks
   static constexpr double kRadius = 1737400.0;  ///< of the Moon; the ground beyond kFlat falls off with its curvature
   static constexpr double kFlat = 200.0;        ///< metres
 
@@ -32,13 +31,15 @@ class Clipmap {
     std::vector<int> blocks;  ///< index (by rows of blocks) of each block that the finer level does not cover
   };
 
-  /// `cells` per side, a multiple of 4 * kBlock; levels are added until the outermost reaches `range_m`.
+  /// `cells` per side, a multiple of 128; levels are added until the outermost reaches `range_m`.
   Clipmap(const Terrain& terrain, int cells, double range_m);
 
   /// Centres the windows on a map position. Returns whether anything changed.
   bool centre_on(const Eigen::Vector2d& position);
 
   int cells() const { return cells_; }
+  int block() const { return cells_ / 8; }  ///< cells; the grid of the holes that finer levels cut into coarser ones
+  Eigen::Vector2d centre() const;           ///< of the finest window, map frame
   const std::vector<Level>& levels() const { return levels_; }
   const Eigen::Vector3d& origin() const { return origin_; }  ///< map frame, moves in large steps (single precision near it)
 
@@ -57,7 +58,6 @@ class Clipmap {
   int cells_;
   std::vector<Level> levels_;  ///< finest first
   Eigen::Vector3d origin_ = Eigen::Vector3d::Constant(1e300);
-  Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
 };
 
 }  // namespace demslam

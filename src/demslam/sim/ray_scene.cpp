@@ -1,5 +1,7 @@
 #include "demslam/sim/ray_scene.h"
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 
 #include "demslam/base/error.h"
@@ -16,7 +18,7 @@ void attach(RTCScene scene, RTCGeometry geometry, unsigned id) {
 
 }  // namespace
 
-RayScene::RayScene(const std::vector<RockShape>& shapes) : device_(rtcNewDevice("threads=1")) {
+RayScene::RayScene(const std::vector<RockShape>& shapes) : device_(rtcNewDevice(nullptr)) {
   if (!device_) throw Error("the ray caster (Embree) cannot start on this machine");
   for (const RockShape& shape : shapes) shapes_.push_back(shape_scene(shape));
 }
@@ -39,13 +41,14 @@ void RayScene::build(const Clipmap& clipmap, const std::vector<Rock>& rocks) {
   scene_.reset(rtcNewScene(device_.get()));
   for (unsigned k = 0; k < clipmap.levels().size(); ++k) add_level(clipmap, k);
   if (!rocks.empty()) add_rocks(clipmap, rocks);
-  rtcCommitScene(scene_.get());
+  tbb::task_arena(1).execute([&] { rtcCommitScene(scene_.get()); });
   if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) throw Error("the ray caster ran out of memory");
 }
 
 void RayScene::add_level(const Clipmap& clipmap, unsigned index) {
   const Clipmap::Level& level = clipmap.levels()[index];
-  const unsigned stride = static_cast<unsigned>(clipmap.cells()) + 1, per_side = (stride - 1) / Clipmap::kBlock;
+  const unsigned stride = static_cast<unsigned>(clipmap.cells()) + 1, block_cells = static_cast<unsigned>(clipmap.block());
+  const unsigned per_side = (stride - 1) / block_cells;
   RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_GRID);
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, level.vertices.data(), 0,
                              sizeof(Clipmap::Vertex), level.vertices.size() - 1);
@@ -53,7 +56,8 @@ void RayScene::add_level(const Clipmap& clipmap, unsigned index) {
                                                               sizeof(RTCGrid), level.blocks.size()));
   for (const int block : level.blocks) {
     const unsigned row = static_cast<unsigned>(block) / per_side, col = static_cast<unsigned>(block) % per_side;
-    *grids++ = {(row * stride + col) * Clipmap::kBlock, stride, Clipmap::kBlock + 1, Clipmap::kBlock + 1};
+    *grids++ = {(row * stride + col) * block_cells, stride, static_cast<unsigned short>(block_cells + 1),
+                static_cast<unsigned short>(block_cells + 1)};
   }
   attach(scene_.get(), geometry, index);
 }

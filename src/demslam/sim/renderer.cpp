@@ -14,7 +14,7 @@
 namespace demslam {
 namespace {
 
-constexpr int kPacket = 16;
+constexpr int kAcross = 4, kDown = 2, kPacket = kAcross * kDown;  // pixels that are cast together
 constexpr double kRangeM = 4000.0;          // terrain is there up to this distance
 constexpr double kRockReach = 250.0;        // rocks are there up to this many of their diameters (at 512 px focal length)
 constexpr float kNear = 0.05F;
@@ -28,20 +28,46 @@ Vector3f sun_direction(const LightOptions& light) {
                          std::sin(elevation)).cast<float>();
 }
 
-/// Grid cells per side that give two to four pixels per cell, in whole blocks.
+/// Grid cells per side that give two to four pixels per cell.
 int clipmap_cells(const CameraOptions& camera) {
   const double focal = 0.5 * camera.width_px / std::tan(camera.horizontal_fov_deg * std::numbers::pi / 360.0);
-  const int unit = 4 * Clipmap::kBlock;
-  return std::clamp(static_cast<int>(std::lround(focal / unit)), 1, 16) * unit;
+  return std::clamp(static_cast<int>(std::lround(focal / 128.0)), 1, 16) * 128;
 }
 
-/// Sixteen rays of one image row, and what they met.
+/// The rays of a small block of pixels, and what they met.
 struct Packet {
-  alignas(64) int valid[kPacket];
-  alignas(64) RTCRayHit16 rays;
+  int u, v;  ///< the block's first pixel
+  alignas(32) int valid[kPacket];
+  alignas(32) RTCRayHit8 rays;
 };
 
-void set_ray(RTCRay16& rays, int i, const Vector3f& origin, const Vector3f& direction, float near) {
+/// Where the rays of one pass go through their pixels, and what the pass is for.
+struct Pass {
+  double du = 0.0, dv = 0.0;  ///< from the pixel's centre
+  float weight = 1.0F;        ///< of this pass in the pixel's mean radiance; 0: geometry only
+  bool is_centre = true;      ///< defines depth and surface
+};
+
+std::vector<Pass> passes_of(int per_axis) {
+  std::vector<Pass> passes;
+  if (per_axis % 2 == 0) passes.push_back({0.0, 0.0, 0.0F, true});
+  const int count = per_axis * per_axis;
+  for (int k = 0; k < count; ++k) {
+    passes.push_back({(k % per_axis + 0.5) / per_axis - 0.5, (k / per_axis + 0.5) / per_axis - 0.5,
+                      1.0F / static_cast<float>(count), 2 * k + 1 == count});
+  }
+  return passes;
+}
+
+/// What all rays of one rendering have in common.
+struct View {
+  const Camera& camera;
+  Eigen::Matrix3d R_scene_camera;
+  Vector3f origin;
+  Rendering& out;
+};
+
+void set_ray(RTCRay8& rays, int i, const Vector3f& origin, const Vector3f& direction, float near) {
   rays.org_x[i] = origin.x();
   rays.org_y[i] = origin.y();
   rays.org_z[i] = origin.z();
@@ -71,12 +97,11 @@ struct Renderer::World {
   World(const SceneOptions& scene, const Terrain& terrain_in, const Route& route)
       : terrain(terrain_in), clipmap(terrain, clipmap_cells(scene.camera), kRangeM),
         field(scene.terrain, scene.seed, terrain, route), rays(field.shapes()), sun(sun_direction(scene.light)),
-        reflectance(scene.light.photometry, scene.light.albedo), samples(scene.camera.samples_per_axis) {}
+        reflectance(scene.light.photometry, scene.light.albedo), passes(passes_of(scene.camera.samples_per_axis)) {}
 
-  void trace_row(const Camera& camera, const Pose& T_scene_camera, int v, Rendering& out) const;
-  void sample_row(const Camera& camera, const Pose& T_scene_camera, double v, double du, bool is_centre, int row,
-                  float weight, Rendering& out) const;
-  Hit hit_of(const RTCRayHit16& rays, int i, float pixel_angle) const;
+  void trace_block(const View& view, const Pass& pass, int u, int v) const;
+  void store(const View& view, const Pass& pass, const Packet& packet, const Hit* hits) const;
+  Hit hit_of(const RTCRayHit8& rays, int i, float pixel_angle) const;
   void shade_ground(int level, float footprint, Hit& hit) const;
   void shade_rock(const Rock& rock, unsigned triangle, float u, float v, float footprint, Hit& hit) const;
   void light(const Packet& packet, const Hit* hits, float* radiance) const;
@@ -88,7 +113,7 @@ struct Renderer::World {
   RayScene rays;
   Vector3f sun;
   Reflectance reflectance;
-  int samples;
+  std::vector<Pass> passes;
   bool stale = true;
 };
 
@@ -105,9 +130,7 @@ void Renderer::place(const Rock& rock) {
 void Renderer::centre_on(const Eigen::Vector2d& position) {
   World& world = *world_;
   if (!world.clipmap.centre_on(position) && !world.stale) return;
-  const double snap = 2.0 * Clipmap::kBlock * Terrain::kFinestStep;
-  const double reach = kRockReach * world.clipmap.cells() / 512.0;
-  world.rocks = world.field.around((position / snap).array().round() * snap, reach);
+  world.rocks = world.field.around(world.clipmap.centre(), kRockReach * world.clipmap.cells() / 512.0);
   world.rocks.insert(world.rocks.end(), world.placed.begin(), world.placed.end());
   world.rays.build(world.clipmap, world.rocks);
   world.stale = false;
@@ -118,57 +141,53 @@ Rendering Renderer::render(const Camera& camera, const Pose& T_map_camera) const
   Rendering out{camera.width, camera.height, std::vector<float>(pixels, 0.0F),
                 std::vector<float>(pixels, std::numeric_limits<float>::infinity()),
                 std::vector<Surface>(pixels, Surface::sky)};
-  const Pose T_scene_camera(T_map_camera.rotation(), T_map_camera.translation() - world_->clipmap.origin());
-  tbb::parallel_for(0, camera.height, [&](int v) { world_->trace_row(camera, T_scene_camera, v, out); });
+  const View view{camera, T_map_camera.rotation_matrix(),
+                  (T_map_camera.translation() - world_->clipmap.origin()).cast<float>(), out};
+  tbb::parallel_for(0, (camera.height + kDown - 1) / kDown, [&](int strip) {
+    for (int u = 0; u < camera.width; u += kAcross) {
+      for (const Pass& pass : world_->passes) world_->trace_block(view, pass, u, strip * kDown);
+    }
+  });
   return out;
 }
 
-void Renderer::World::trace_row(const Camera& camera, const Pose& T_scene_camera, int v, Rendering& out) const {
-  if (samples % 2 == 0) sample_row(camera, T_scene_camera, v, 0.0, true, v, 0.0F, out);
-  const float weight = 1.0F / static_cast<float>(samples * samples);
-  for (int k = 0; k < samples * samples; ++k) {
-    const double du = (k % samples + 0.5) / samples - 0.5, dv = (k / samples + 0.5) / samples - 0.5;
-    sample_row(camera, T_scene_camera, v + dv, du, 2 * k + 1 == samples * samples, v, weight, out);
+void Renderer::World::trace_block(const View& view, const Pass& pass, int u, int v) const {
+  const Camera& camera = view.camera;
+  Packet packet{.u = u, .v = v};
+  for (int i = 0; i < kPacket; ++i) {
+    const int column = u + i % kAcross, row = v + i / kAcross;
+    packet.valid[i] = column < camera.width && row < camera.height ? -1 : 0;
+    const Eigen::Vector3d ray((column + pass.du - camera.cx) / camera.fx, (row + pass.dv - camera.cy) / camera.fy, 1.0);
+    set_ray(packet.rays.ray, i, view.origin, (view.R_scene_camera * ray).cast<float>(), kNear);
+    packet.rays.hit.geomID[i] = packet.rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
   }
-}
-
-/// One ray for each pixel of a row, offset by `du` columns; `is_centre`: these rays define depth and surface.
-void Renderer::World::sample_row(const Camera& camera, const Pose& T_scene_camera, double v, double du, bool is_centre,
-                                 int row, float weight, Rendering& out) const {
-  const Eigen::Matrix3d R = T_scene_camera.rotation_matrix();
-  const Vector3f origin = T_scene_camera.translation().cast<float>();
-  Packet packet;
-  Hit hits[kPacket];
-  float radiance[kPacket];
   RTCIntersectArguments arguments;
   rtcInitIntersectArguments(&arguments);
   arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  for (int first = 0; first < camera.width; first += kPacket) {
-    for (int i = 0; i < kPacket; ++i) {
-      packet.valid[i] = first + i < camera.width ? -1 : 0;
-      const Eigen::Vector3d ray((first + i + du - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1.0);
-      set_ray(packet.rays.ray, i, origin, (R * ray).cast<float>(), kNear);
-      packet.rays.hit.geomID[i] = packet.rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-    }
-    rtcIntersect16(packet.valid, rays.handle(), &packet.rays, &arguments);
-    for (int i = 0; i < kPacket; ++i) {
-      if (packet.rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) packet.valid[i] = 0;
-      if (packet.valid[i] != 0) hits[i] = hit_of(packet.rays, i, static_cast<float>(1.0 / camera.fx));
-    }
-    if (weight > 0.0F) light(packet, hits, radiance);
-    for (int i = 0; i < kPacket; ++i) {
-      if (packet.valid[i] == 0) continue;
-      const std::size_t pixel = static_cast<std::size_t>(row) * camera.width + first + i;
-      if (weight > 0.0F) out.radiance[pixel] += weight * radiance[i];
-      if (!is_centre) continue;
-      out.depth_m[pixel] = packet.rays.ray.tfar[i];  // the ray's direction has camera z = 1
-      out.surface[pixel] = hits[i].surface;
-    }
+  rtcIntersect8(packet.valid, rays.handle(), &packet.rays, &arguments);
+  Hit hits[kPacket];
+  for (int i = 0; i < kPacket; ++i) {
+    if (packet.rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) packet.valid[i] = 0;
+    if (packet.valid[i] != 0) hits[i] = hit_of(packet.rays, i, static_cast<float>(1.0 / camera.fx));
+  }
+  store(view, pass, packet, hits);
+}
+
+void Renderer::World::store(const View& view, const Pass& pass, const Packet& packet, const Hit* hits) const {
+  float radiance[kPacket] = {};
+  if (pass.weight > 0.0F) light(packet, hits, radiance);
+  for (int i = 0; i < kPacket; ++i) {
+    if (packet.valid[i] == 0) continue;
+    const std::size_t pixel = static_cast<std::size_t>(packet.v + i / kAcross) * view.camera.width + packet.u + i % kAcross;
+    view.out.radiance[pixel] += pass.weight * radiance[i];
+    if (!pass.is_centre) continue;
+    view.out.depth_m[pixel] = packet.rays.ray.tfar[i];  // the ray's direction has camera z = 1
+    view.out.surface[pixel] = hits[i].surface;
   }
 }
 
-Hit Renderer::World::hit_of(const RTCRayHit16& packet, int i, float pixel_angle) const {
-  const RTCRay16& ray = packet.ray;
+Hit Renderer::World::hit_of(const RTCRayHit8& packet, int i, float pixel_angle) const {
+  const RTCRay8& ray = packet.ray;
   const Vector3f direction(ray.dir_x[i], ray.dir_y[i], ray.dir_z[i]);
   Hit hit;
   hit.position = Vector3f(ray.org_x[i], ray.org_y[i], ray.org_z[i]) + ray.tfar[i] * direction;
@@ -209,17 +228,16 @@ void Renderer::World::shade_rock(const Rock& rock, unsigned triangle, float u, f
 
 /// Reflected sunlight of the valid hits; a shadow ray for each that faces the sun.
 void Renderer::World::light(const Packet& packet, const Hit* hits, float* radiance) const {
-  alignas(64) int valid[kPacket];
-  alignas(64) RTCRay16 shadow;
+  alignas(32) int valid[kPacket];
+  alignas(32) RTCRay8 shadow;
   for (int i = 0; i < kPacket; ++i) {
-    radiance[i] = 0.0F;
     valid[i] = packet.valid[i] != 0 && hits[i].normal.dot(sun) > 0.0F ? -1 : 0;
     if (valid[i] != 0) set_ray(shadow, i, hits[i].position + hits[i].offset * hits[i].normal, sun, hits[i].offset);
   }
   RTCOccludedArguments arguments;
   rtcInitOccludedArguments(&arguments);
   arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  rtcOccluded16(valid, rays.handle(), &shadow, &arguments);
+  rtcOccluded8(valid, rays.handle(), &shadow, &arguments);
   for (int i = 0; i < kPacket; ++i) {
     if (valid[i] == 0 || shadow.tfar[i] < 0.0F) continue;
     const Hit& hit = hits[i];

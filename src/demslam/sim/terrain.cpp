@@ -8,27 +8,34 @@
 namespace demslam {
 namespace {
 
-constexpr double kFinestWavelength = 0.01;  // first octave of add_fractal
+// Base rasters hold noise down to four cells and craters down to eight; the fine relief goes on from there.
 constexpr double kLatticePerStep = 2.0;     // a grid of step c holds noise of lattice spacing 2 c and longer
 
 DemRaster base_raster(const TerrainOptions& options, std::uint64_t seed) {
   return options.dem.empty() ? generate_base(options, seed) : read_dem(options.dem);
 }
 
-/// Base rasters hold relief down to four cells and craters down to eight; the fine relief goes on from there.
-double longest_fine_wavelength(const BaseSurface& base) { return 4.0 * base.cell_m(); }
-double largest_fine_crater(const BaseSurface& base) { return 8.0 * base.cell_m(); }
+std::vector<Noise> albedo_octaves(std::uint64_t seed) {
+  std::vector<Noise> octaves;
+  for (const double wavelength : {0.07, 0.9, 13.0, 170.0}) {
+    octaves.push_back({Random::mix(seed + octaves.size()), wavelength, 0.04 / kNoiseRms});
+  }
+  return octaves;
+}
 
 }  // namespace
 
 Terrain::Terrain(const TerrainOptions& options, std::uint64_t seed)
     : law_(relief_law(options)), seed_(Random::mix(seed)), base_(base_raster(options, seed_)),
-      craters_{Random::mix(seed_ + 1), law_.crater_density, 0.25, std::max(0.5, largest_fine_crater(base_))} {}
+      fine_(fractal_octaves(law_, seed_, 0.0, 4.0 * base_.cell_m())), albedo_(albedo_octaves(Random::mix(seed_ + 3))),
+      craters_{Random::mix(seed_ + 1), law_.crater_density, 0.25, 8.0 * base_.cell_m()} {}
 
 void Terrain::fill(Patch& patch) const {
   std::fill(patch.values.begin(), patch.values.end(), 0.0);
   base_.add_to(patch);
-  add_fractal(patch, law_, seed_, kLatticePerStep * patch.step, longest_fine_wavelength(base_));
+  for (const Noise& octave : fine_) {
+    if (octave.wavelength_m >= kLatticePerStep * patch.step) octave.add_to(patch);
+  }
   craters_.add_to(patch, patch.step);
 }
 
@@ -40,25 +47,22 @@ double Terrain::height(double x_m, double y_m) const {
 
 FieldSample Terrain::micro_relief(double x_m, double y_m, double step_m, double shortest_m) const {
   FieldSample sum;
-  const double longest = kLatticePerStep * step_m * 0.999;
-  std::uint64_t octave = 0;
-  for (double wavelength = kFinestWavelength; wavelength < longest; wavelength *= 2.0, ++octave) {
-    if (wavelength < shortest_m) continue;
-    const double weight = smooth_step(shortest_m, 2.0 * shortest_m, wavelength);
-    const double amplitude = weight * law_.amplitude_m(wavelength) / kNoiseRms;
-    const FieldSample sample = Noise{Random::mix(seed_ + octave), wavelength, amplitude}.sample(x_m, y_m);
-    sum.value += sample.value;
-    sum.dx += sample.dx;
-    sum.dy += sample.dy;
+  for (const Noise& octave : fine_) {
+    if (octave.wavelength_m >= kLatticePerStep * step_m) break;
+    if (octave.wavelength_m <= shortest_m) continue;
+    const double weight = smooth_step(shortest_m, 2.0 * shortest_m, octave.wavelength_m);
+    const FieldSample sample = octave.sample(x_m, y_m);
+    sum.value += weight * sample.value;
+    sum.dx += weight * sample.dx;
+    sum.dy += weight * sample.dy;
   }
   return sum;
 }
 
 void Terrain::fill_albedo(Patch& patch) const {
   std::fill(patch.values.begin(), patch.values.end(), 1.0);
-  for (const double wavelength : {0.07, 0.9, 13.0, 170.0}) {
-    if (wavelength < kLatticePerStep * patch.step) continue;
-    Noise{Random::mix(seed_ ^ static_cast<std::uint64_t>(1000.0 * wavelength)), wavelength, 0.04 / kNoiseRms}.add_to(patch);
+  for (const Noise& octave : albedo_) {
+    if (octave.wavelength_m >= kLatticePerStep * patch.step) octave.add_to(patch);
   }
 }
 

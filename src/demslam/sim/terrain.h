@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <optional>
+#include <vector>
 
 #include "demslam/sim/base_surface.h"
 #include "demslam/sim/craters.h"
@@ -25,7 +25,7 @@ class Terrain {
   void fill(Patch& patch) const;
   /// The full surface at a point.
   double height(double x_m, double y_m) const;
-  /// Slope of the texture too fine for a patch of this step, down to `shortest_m`: it shades, but moves no geometry.
+  /// The texture too fine for a patch of this step, down to `shortest_m`: it shades, but moves no geometry.
   FieldSample micro_relief(double x_m, double y_m, double step_m, double shortest_m) const;
   /// Relative albedo at the patch's nodes, mean 1.
   void fill_albedo(Patch& patch) const;
@@ -36,6 +36,8 @@ class Terrain {
   ReliefLaw law_;
   std::uint64_t seed_;
   BaseSurface base_;
+  std::vector<Noise> fine_;    ///< octaves below the base, shortest first
+  std::vector<Noise> albedo_;
   CraterField craters_;
 };
 
