@@ -3,6 +3,8 @@
 #include <memory>
 #include <vector>
 
+#include "demslam/anchoring/patch_factor_options.h"
+#include "demslam/anchoring/terrain_patch.h"
 #include "demslam/dem/dem.h"
 #include "demslam/geometry/pose.h"
 #include "demslam/graph/pose_graph.h"
@@ -11,14 +13,19 @@ namespace demslam {
 
 /// How a graph's keyframes are tied to the DEM.
 struct AnchoringOptions {
-  double spacing_m = 5.0;         ///< path between two anchored keyframes
-  double sigma_dem_m = 0.5;       ///< the DEM's vertical error
-  double sigma_contact_m = 0.15;  ///< ground inside a cell against the cell's height, added in quadrature
-  bool normal = true;             ///< the normal factor too
-  double sigma_normal_deg = 4.0;  ///< the DEM's slope error and wheelbase against cell
-  double kernel_sigmas = 2.5;     ///< Cauchy
-  bool full_gradient = true;      ///< false: the published height factor, whose Jacobian has only its vertical part
-  double max_tilt_deg = 60.0;     ///< a keyframe estimated steeper than this gets no normal factor
+  bool height = true;               ///< the height factor on the ground contact point
+  double spacing_m = 5.0;           ///< path between two keyframes with height and normal factors
+  double sigma_dem_m = 0.5;         ///< the DEM's vertical error,
+  double dem_correlation_m = 10.0;  ///< correlated over this distance (patches only)
+  double sigma_contact_m = 0.15;    ///< ground inside a cell against the cell's height, added in quadrature
+  bool normal = true;               ///< the normal factor
+  double sigma_normal_deg = 4.0;    ///< the DEM's slope error and wheelbase against cell
+  double kernel_sigmas = 2.5;       ///< Cauchy, of height and normal
+  bool full_gradient = true;        ///< false: the published height factor, whose Jacobian has only its vertical part
+  double max_tilt_deg = 60.0;       ///< a keyframe estimated steeper than this gets no normal factor
+  bool patches = false;             ///< terrain patches from landmarks; the surest position, needs add_landmarks()
+  PatchOptions patch;
+  PatchFactorOptions patch_factor;
 };
 
 /// What became of the keyframes that were due.
@@ -26,26 +33,35 @@ struct AnchoringReport {
   int height = 0, normal = 0;
   int skipped_outside = 0;  ///< outside the DEM or at a hole, at the estimate of that moment
   int skipped_tilt = 0;     ///< height factor only
+  int patches = 0, patch_cells = 0;
+  int skipped_patches = 0;  ///< stretches of path with too little ground seen on the DEM
 };
 
-/// Adds DEM factors to keyframes as they come, one every `spacing_m` of path. The DEM lies in the graph's map frame.
+/// Adds DEM factors to keyframes as they come. The DEM lies in the graph's map frame.
 class DemAnchor {
  public:
-  DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& options, const Eigen::Vector3d& p_body_ground);
+  DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& options, const Eigen::Vector3d& p_body_ground,
+            const Pose& T_body_left = {});
 
+  /// Ground points of a keyframe that update() has not seen yet.
+  void add_landmarks(KeyframeLandmarks landmarks);
   /// Looks at every keyframe of the graph that it has not seen yet, at its present estimate.
   void update(PoseGraph& graph);
   const AnchoringReport& report() const { return report_; }
 
  private:
   void anchor(PoseGraph& graph, std::size_t keyframe);
+  void add_normal(PoseGraph& graph, std::size_t keyframe);
+  void close_stretch(PoseGraph& graph, std::size_t end);
 
   std::shared_ptr<const Dem> dem_;
   AnchoringOptions options_;
   Eigen::Vector3d p_body_ground_;
+  Pose T_body_left_;
   AnchoringReport report_;
-  std::size_t seen_ = 0;
-  double path_since_anchor_m_ = 0.0;
+  std::size_t seen_ = 0, stretch_begin_ = 0;
+  double path_since_anchor_m_ = 0.0, stretch_m_ = 0.0;
+  std::vector<KeyframeLandmarks> landmarks_;  ///< of the open stretch and later
 };
 
 /// All keyframes of a graph at once.

@@ -1,0 +1,88 @@
+#include "demslam/anchoring/terrain_patch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+namespace demslam {
+namespace {
+
+/// A landmark over the terrain.
+struct Sounding {
+  Eigen::Vector3d p_map;
+  double height_m = 0.0;  ///< above the DEM
+  double variance_m2 = 0.0;
+};
+
+using Cells = std::map<std::pair<int, int>, std::vector<Sounding>>;
+
+std::optional<Sounding> sound(const PosedLandmarks& view, const LandmarkPoint& landmark, const Dem& dem) {
+  const Eigen::Vector3d p_map = view.T_map_left * landmark.p_left;
+  const auto terrain = dem.sample(p_map.x(), p_map.y());
+  if (!terrain) return std::nullopt;
+  const Eigen::Vector3d across(-terrain->gradient.x(), -terrain->gradient.y(),
+                               1.0);  // height error of a position error
+  const Eigen::Vector3d across_left = view.T_map_left.rotation().conjugate() * across;
+  return Sounding{p_map, p_map.z() - terrain->height_m, across_left.dot(landmark.covariance * across_left)};
+}
+
+Cells sort_into_cells(const std::vector<PosedLandmarks>& stretch, const Dem& dem, double cell_m) {
+  Cells cells;
+  for (const PosedLandmarks& view : stretch) {
+    for (const LandmarkPoint& landmark : *view.points) {
+      const auto sounding = sound(view, landmark, dem);
+      if (!sounding) continue;
+      const auto index = [&](double x) { return static_cast<int>(std::floor(x / cell_m)); };
+      cells[{index(sounding->p_map.x()), index(sounding->p_map.y())}].push_back(*sounding);
+    }
+  }
+  return cells;
+}
+
+double median_height(std::vector<Sounding> soundings) {
+  const auto middle = soundings.begin() + std::ssize(soundings) / 2;
+  std::nth_element(soundings.begin(), middle, soundings.end(),
+                   [](const Sounding& a, const Sounding& b) { return a.height_m < b.height_m; });
+  return middle->height_m;
+}
+
+/// Inverse-variance mean of the points that agree with their median; nothing when too few do.
+std::optional<PatchCell> average(const std::vector<Sounding>& soundings, const Pose& T_body_map,
+                                 const PatchOptions& options) {
+  const double median_m = median_height(soundings);
+  const double relief = options.sigma_relief_m * options.sigma_relief_m;
+  PatchCell cell;
+  double information = 0.0;
+  for (const Sounding& s : soundings) {
+    if (std::abs(s.height_m - median_m) > options.gate_m + options.gate_sigmas * std::sqrt(s.variance_m2)) continue;
+    const double weight = 1.0 / (s.variance_m2 + relief);
+    cell.p_body += weight * s.p_map;
+    information += weight;
+    ++cell.points;
+  }
+  if (cell.points < options.min_points) return std::nullopt;
+  cell.p_body = T_body_map * Eigen::Vector3d(cell.p_body / information);
+  cell.variance_m2 = 1.0 / information + relief;
+  return cell;
+}
+
+}  // namespace
+
+double DemErrorModel::covariance(double distance_m) const {
+  return sigma_m * sigma_m * std::exp(-distance_m / correlation_length_m);
+}
+
+std::optional<TerrainPatch> build_patch(const std::vector<PosedLandmarks>& stretch, std::size_t keyframe,
+                                        const Pose& T_map_body, const Dem& dem, const PatchOptions& options) {
+  TerrainPatch patch{.keyframe = keyframe};
+  const Pose T_body_map = T_map_body.inverse();
+  for (const auto& [index, soundings] : sort_into_cells(stretch, dem, options.cell_m)) {
+    const auto cell = average(soundings, T_body_map, options);
+    if (cell) patch.cells.push_back(*cell);
+  }
+  if (std::ssize(patch.cells) < options.min_cells) return std::nullopt;
+  return patch;
+}
+
+}  // namespace demslam
