@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -37,6 +38,97 @@ void enum_field(Io& io, const char* key, Enum& value, const EnumNames<Enum, N>& 
   }
 }
 
+/// A number with the range it must lie in; the error points at the line.
+template <class Io, class T>
+void bounded(Io& io, const char* key, T& value, double low, double high) {
+  io.field(key, value);
+  if constexpr (Io::kReads) {
+    if (value >= low && value <= high) return;
+    std::ostringstream message;
+    message << "'" << key << "' is " << value << ", it must lie between " << low << " and " << high;
+    io.fail(key, message.str());
+  }
+}
+
+template <class Io, class O>
+void terrain_fields(Io& io, O& terrain) {
+  io.field("dem", terrain.dem);
+  enum_field(io, "relief", terrain.relief, kReliefNames);
+  bounded(io, "size_m", terrain.size_m, 20.0, 20000.0);
+  bounded(io, "hurst", terrain.hurst, 0.3, 1.0);
+  bounded(io, "roughness", terrain.roughness, 0.0, 10.0);
+  bounded(io, "crater_density", terrain.crater_density, 0.0, 3.0);
+  bounded(io, "rock_abundance", terrain.rock_abundance, 0.0, 0.3);
+  bounded(io, "rock_max_m", terrain.rock_max_m, 0.05, 10.0);
+  bounded(io, "rock_clearance_m", terrain.rock_clearance_m, 0.0, 10.0);
+}
+
+template <class Io, class O>
+void light_fields(Io& io, O& light) {
+  io.field("sun_elevation_deg", light.sun_elevation_deg);
+  if constexpr (Io::kReads) {
+    if (light.sun_elevation_deg <= 0.0 || light.sun_elevation_deg > 90.0) {
+      io.fail("sun_elevation_deg", "'sun_elevation_deg': the sun is below the horizon; it must be above 0 and at most 90");
+    }
+  }
+  bounded(io, "sun_azimuth_deg", light.sun_azimuth_deg, -360.0, 360.0);
+  enum_field(io, "photometry", light.photometry, kPhotometryNames);
+  bounded(io, "albedo", light.albedo, 0.01, 1.0);
+}
+
+template <class Io, class O>
+void camera_fields(Io& io, O& camera) {
+  bounded(io, "width_px", camera.width_px, 16, 8192);
+  bounded(io, "height_px", camera.height_px, 16, 8192);
+  bounded(io, "horizontal_fov_deg", camera.horizontal_fov_deg, 5.0, 150.0);
+  bounded(io, "baseline_m", camera.baseline_m, 0.001, 10.0);
+  bounded(io, "forward_m", camera.forward_m, -20.0, 20.0);
+  bounded(io, "height_m", camera.height_m, 0.2, 20.0);
+  bounded(io, "pitch_down_deg", camera.pitch_down_deg, -89.0, 89.0);
+  bounded(io, "exposure", camera.exposure, 0.0, 1e6);
+  bounded(io, "gamma", camera.gamma, 1.0, 4.0);
+  bounded(io, "full_well_e", camera.full_well_e, 0.0, 1e7);
+  bounded(io, "read_noise_e", camera.read_noise_e, 0.0, 1e5);
+  bounded(io, "blur_px", camera.blur_px, 0.0, 10.0);
+  bounded(io, "samples_per_axis", camera.samples_per_axis, 1, 8);
+}
+
+template <class Io, class O>
+void rover_fields(Io& io, O& rover) {
+  enum_field(io, "route", rover.route, kRouteNames);
+  io.field("start_m", rover.start_m);
+  bounded(io, "heading_deg", rover.heading_deg, -360.0, 360.0);
+  bounded(io, "length_m", rover.length_m, 0.1, 200000.0);
+  io.field("waypoints_m", rover.waypoints_m);
+  if constexpr (Io::kReads) {
+    if (rover.route == RouteKind::waypoints && rover.waypoints_m.size() < 2) {
+      io.fail("waypoints_m", "route = \"waypoints\" needs at least two points in 'waypoints_m'");
+    }
+  }
+  bounded(io, "speed_m_per_s", rover.speed_m_per_s, 0.001, 100.0);
+  bounded(io, "frame_rate_hz", rover.frame_rate_hz, 0.001, 1000.0);
+  bounded(io, "wheelbase_m", rover.wheelbase_m, 0.1, 10.0);
+  bounded(io, "track_m", rover.track_m, 0.1, 10.0);
+}
+
+template <class Io, class O>
+void dem_product_fields(Io& io, O& product) {
+  bounded(io, "cell_m", product.cell_m, 0.1, 1000.0);
+  bounded(io, "noise_rms_m", product.noise_rms_m, 0.0, 1000.0);
+  bounded(io, "correlation_m", product.correlation_m, 0.001, 10000.0);
+  io.field("bias_m", product.bias_m);
+  io.field("shift_m", product.shift_m);
+  bounded(io, "margin_m", product.margin_m, 0.0, 20000.0);
+}
+
+template <class Io, class O>
+void start_fields(Io& io, O& start) {
+  io.field("error_m", start.error_m);
+  io.field("heading_error_deg", start.heading_error_deg);
+  bounded(io, "sigma_position_m", start.sigma_position_m, 1e-6, 1e6);
+  bounded(io, "sigma_rotation_deg", start.sigma_rotation_deg, 1e-6, 360.0);
+}
+
 /// Lists every field of a scene once, for reading and for writing.
 template <class Io, class O>
 void scene_fields(Io& io, O& scene) {
@@ -48,75 +140,6 @@ void scene_fields(Io& io, O& scene) {
   io.section("dem_product", [&](Io& section) { dem_product_fields(section, scene.dem_product); });
   io.section("start", [&](Io& section) { start_fields(section, scene.start); });
   io.section("output", [&](Io& section) { section.field("depth", scene.output.depth); });
-}
-
-template <class Io, class O>
-void terrain_fields(Io& io, O& terrain) {
-  io.field("dem", terrain.dem);
-  enum_field(io, "relief", terrain.relief, kReliefNames);
-  io.field("size_m", terrain.size_m);
-  io.field("hurst", terrain.hurst);
-  io.field("roughness", terrain.roughness);
-  io.field("crater_density", terrain.crater_density);
-  io.field("rock_abundance", terrain.rock_abundance);
-  io.field("rock_max_m", terrain.rock_max_m);
-  io.field("rock_clearance_m", terrain.rock_clearance_m);
-}
-
-template <class Io, class O>
-void light_fields(Io& io, O& light) {
-  io.field("sun_elevation_deg", light.sun_elevation_deg);
-  io.field("sun_azimuth_deg", light.sun_azimuth_deg);
-  enum_field(io, "photometry", light.photometry, kPhotometryNames);
-  io.field("albedo", light.albedo);
-}
-
-template <class Io, class O>
-void camera_fields(Io& io, O& camera) {
-  io.field("width_px", camera.width_px);
-  io.field("height_px", camera.height_px);
-  io.field("horizontal_fov_deg", camera.horizontal_fov_deg);
-  io.field("baseline_m", camera.baseline_m);
-  io.field("forward_m", camera.forward_m);
-  io.field("height_m", camera.height_m);
-  io.field("pitch_down_deg", camera.pitch_down_deg);
-  io.field("exposure", camera.exposure);
-  io.field("gamma", camera.gamma);
-  io.field("full_well_e", camera.full_well_e);
-  io.field("read_noise_e", camera.read_noise_e);
-  io.field("blur_px", camera.blur_px);
-  io.field("samples_per_axis", camera.samples_per_axis);
-}
-
-template <class Io, class O>
-void rover_fields(Io& io, O& rover) {
-  enum_field(io, "route", rover.route, kRouteNames);
-  io.field("start_m", rover.start_m);
-  io.field("heading_deg", rover.heading_deg);
-  io.field("length_m", rover.length_m);
-  io.field("waypoints_m", rover.waypoints_m);
-  io.field("speed_m_per_s", rover.speed_m_per_s);
-  io.field("frame_rate_hz", rover.frame_rate_hz);
-  io.field("wheelbase_m", rover.wheelbase_m);
-  io.field("track_m", rover.track_m);
-}
-
-template <class Io, class O>
-void dem_product_fields(Io& io, O& product) {
-  io.field("cell_m", product.cell_m);
-  io.field("noise_rms_m", product.noise_rms_m);
-  io.field("correlation_m", product.correlation_m);
-  io.field("bias_m", product.bias_m);
-  io.field("shift_m", product.shift_m);
-  io.field("margin_m", product.margin_m);
-}
-
-template <class Io, class O>
-void start_fields(Io& io, O& start) {
-  io.field("error_m", start.error_m);
-  io.field("heading_error_deg", start.heading_error_deg);
-  io.field("sigma_position_m", start.sigma_position_m);
-  io.field("sigma_rotation_deg", start.sigma_rotation_deg);
 }
 
 }  // namespace demslam
