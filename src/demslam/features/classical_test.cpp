@@ -92,6 +92,19 @@ TEST(ClassicalFrontend, RecoversASubPixelShift) {
   EXPECT_GT(shift.share_within_1px, 0.9);
 }
 
+TEST(ClassicalFrontend, IsMostlyRightOnARealStereoPair) {
+  const std::filesystem::path data = std::filesystem::path(DEMSLAM_SHARED_DIR) / "data/rover_sandbox";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no " << data;
+  const Features left = extract(read_image(data / "left/frame0100.jpg"), 1000);
+  const Features right = extract(read_image(data / "right/frame0100.jpg"), 1000);
+  const std::vector<Match> matches = match(left, right);
+  ASSERT_GT(matches.size(), 400U);
+  const auto on_row = std::count_if(matches.begin(), matches.end(), [&](const Match& m) {
+    return std::abs(right.keypoints[m.train].y() - left.keypoints[m.query].y() - 3.2F) < 1.5F;
+  });
+  EXPECT_GT(on_row, static_cast<int>(matches.size()) * 85 / 100);
+}
+
 TEST(MakeFrontend, RefusesUnknownNames) {
   EXPECT_THAT([] { make_frontend({.extractor = "orb"}); }, ThrowsMessage<Error>(HasSubstr("unknown extractor 'orb'")));
   EXPECT_THAT([] { make_frontend({.matcher = "flann"}); }, ThrowsMessage<Error>(HasSubstr("unknown matcher 'flann'")));

@@ -99,6 +99,25 @@ struct Peak {
   int u, v;
 };
 
+/// Sub-pixel place of a peak: top of the parabola through the log-probabilities of three pixels.
+float peak_offset(float before, float centre, float after) {
+  const auto log = [](float probability) { return std::log(std::max(probability, 1e-9F)); };
+  const float l = log(before), c = log(centre), r = log(after);
+  const float curvature = l - 2.0F * c + r;
+  return curvature < 0.0F ? std::clamp(0.5F * (l - r) / curvature, -0.5F, 0.5F) : 0.0F;
+}
+
+Eigen::Vector2f sub_pixel(const DescriptorRows& heat, const Peak& peak) {
+  Eigen::Vector2f place(static_cast<float>(peak.u), static_cast<float>(peak.v));
+  if (peak.u > 0 && peak.u + 1 < heat.cols()) {
+    place.x() += peak_offset(heat(peak.v, peak.u - 1), heat(peak.v, peak.u), heat(peak.v, peak.u + 1));
+  }
+  if (peak.v > 0 && peak.v + 1 < heat.rows()) {
+    place.y() += peak_offset(heat(peak.v - 1, peak.u), heat(peak.v, peak.u), heat(peak.v + 1, peak.u));
+  }
+  return place;
+}
+
 std::vector<Peak> find_peaks(const DescriptorRows& heat, int image_width, int image_height) {
   std::vector<Peak> peaks;
   for (int v = 0; v < image_height; ++v) {
@@ -131,7 +150,7 @@ Features decode_xfeat(const XFeatMaps& maps, int image_width, int image_height, 
   features.descriptors.resize(static_cast<Eigen::Index>(order.size()), maps.width);
   for (const std::size_t i : order) {
     features.descriptors.row(static_cast<Eigen::Index>(features.size())) = sampler.descriptor(peaks[i].u, peaks[i].v);
-    features.keypoints.emplace_back(static_cast<float>(peaks[i].u), static_cast<float>(peaks[i].v));
+    features.keypoints.push_back(sub_pixel(heat, peaks[i]));
     features.scores.push_back(scores[i]);
   }
   return features;

@@ -12,8 +12,9 @@ struct XFeatMaps {
   const std::vector<float>& reliability;      ///< 1 channel
 };
 
-/// XFeat's own decoding (CVPR 2024): keypoints at whole pixels, best first, at most `max_features`, inside the image
-/// only.
+/// XFeat's own decoding (CVPR 2024), with keypoints moved to the sub-pixel peak of the log-probability, which the
+/// original leaves at whole pixels; descriptors are still read at the whole pixel. Best first, at most `max_features`,
+/// inside the image only.
 Features decode_xfeat(const XFeatMaps& maps, int image_width, int image_height, int max_features);
 
 /// Indices of the largest `count` scores, largest first; equal ones in ascending order.
