@@ -11,10 +11,7 @@ namespace {
 
 /// In the order they are tried: the more particular layout first.
 const std::array kReaders = {
-    &kDemslamReader,
-    &kEurocReader,
-    &kKittiReader,
-    &kFoldersReader,
+    &kDemslamReader, &kLusnarReader, &kEurocReader, &kKittiReader, &kFoldersReader,
 };
 
 std::string known_formats() {

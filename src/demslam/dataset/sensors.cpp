@@ -1,0 +1,78 @@
+#include "demslam/dataset/sensors.h"
+
+#include <bit>
+#include <sstream>
+
+#include "demslam/base/error.h"
+#include "demslam/base/text.h"
+
+namespace demslam {
+namespace {
+
+void check_columns(const TextTable& table, const TextRow& row, std::size_t count, const char* meaning) {
+  if (row.fields.size() != count) table.fail(row, std::string("a line must be '") + meaning + "'");
+}
+
+Eigen::Vector3d vector_at(const TextTable& table, const TextRow& row, std::size_t column) {
+  return {table.number(row, column), table.number(row, column + 1), table.number(row, column + 2)};
+}
+
+float float_at(const char* bytes, bool little_endian) {
+  std::uint32_t word = 0;
+  for (int i = 0; i < 4; ++i) {
+    word |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[little_endian ? i : 3 - i])) << (8 * i);
+  }
+  return std::bit_cast<float>(word);
+}
+
+}  // namespace
+
+std::vector<LidarPoint> read_lidar_scan(const std::filesystem::path& file) {
+  const TextTable table = read_table(file);
+  std::vector<LidarPoint> points;
+  points.reserve(table.rows.size());
+  for (const TextRow& row : table.rows) {
+    check_columns(table, row, 4, "x,y,z,category");
+    points.push_back({vector_at(table, row, 0), static_cast<int>(table.number(row, 3))});
+  }
+  return points;
+}
+
+std::vector<ImuSample> read_imu(const std::filesystem::path& file) {
+  const TextTable table = read_table(file);
+  std::vector<ImuSample> samples;
+  samples.reserve(table.rows.size());
+  for (const TextRow& row : table.rows) {
+    check_columns(table, row, 7, "t [ns], w xyz [rad/s], a xyz [m/s^2]");
+    const TimestampNs t_ns = table.integer(row, 0);
+    if (!samples.empty() && t_ns <= samples.back().t_ns) table.fail(row, "the stamps must increase");
+    samples.push_back({t_ns, vector_at(table, row, 1), vector_at(table, row, 4)});
+  }
+  return samples;
+}
+
+DepthImage read_pfm(const std::filesystem::path& file) {
+  const std::string bytes = read_text(file);
+  std::istringstream head(bytes.substr(0, 200));
+  std::string magic;
+  DepthImage image;
+  double scale = 0.0;
+  head >> magic >> image.width >> image.height >> scale;
+  if (!head || magic != "Pf" || image.width <= 0 || image.height <= 0 || scale == 0.0) {
+    throw Error(file.string() + ": no PFM with one channel; its head must be 'Pf', width, height and scale");
+  }
+  const std::size_t begin = static_cast<std::size_t>(head.tellg()) + 1;  // one blank ends the head
+  const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
+  if (bytes.size() != begin + 4 * width * height) {
+    throw Error(file.string() + ": " + std::to_string(bytes.size()) + " bytes where the PFM's head promises " +
+                std::to_string(begin + 4 * width * height) + "; the file is damaged");
+  }
+  image.depth_m.resize(width * height);
+  for (std::size_t row = 0; row < height; ++row) {
+    const char* line = bytes.data() + begin + 4 * width * (height - 1 - row);
+    for (std::size_t u = 0; u < width; ++u) image.depth_m[row * width + u] = float_at(line + 4 * u, scale < 0.0);
+  }
+  return image;
+}
+
+}  // namespace demslam
