@@ -13,6 +13,7 @@
 
 #include "demslam/base/error.h"
 #include "demslam/base/time.h"
+#include "demslam/graph/condensed_past.h"
 #include "demslam/graph/gtsam_pose.h"
 #include "demslam/graph/odometry_factor.h"
 
@@ -44,10 +45,15 @@ struct PoseGraph::State {
   std::vector<bool> tied;               ///< per keyframe: held by a prior, or by a relative pose to an earlier one
   std::size_t stretches = 0, loops = 0;
   double path_m = 0.0;
+  std::vector<std::vector<gtsam::NonlinearFactor::shared_ptr>> factors_from;  ///< by their oldest keyframe
+  CondensedPast past;
   mutable std::optional<gtsam::Marginals> marginals;  ///< of the present estimate, once somebody asks
 
-  /// The systematic state of the next measurement; makes a new one where a stretch ends.
-  std::size_t current_stretch();
+  void add(const gtsam::NonlinearFactor::shared_ptr& factor, std::size_t oldest_keyframe);
+  OptimizerReport solve(const gtsam::NonlinearFactorGraph& problem, gtsam::Values initial);
+  gtsam::NonlinearFactorGraph window() const;
+  /// The systematic state of the measurement that leaves `keyframe`; makes a new one where a stretch ends.
+  std::size_t stretch_after(std::size_t keyframe);
   const gtsam::Marginals& present_marginals() const;
   void check_tied() const;
 };
@@ -59,22 +65,56 @@ void PoseGraph::State::check_tied() const {
               " is held by no prior, odometry or loop; add one");
 }
 
-std::size_t PoseGraph::State::current_stretch() {
+std::size_t PoseGraph::State::stretch_after(std::size_t keyframe) {
   const SystematicOptions& s = options.systematic;
   if (stretches > 0 && path_m < static_cast<double>(stretches) * s.stretch_m) return stretches - 1;
   const gtsam::Key key = systematic_key(stretches);
   if (stretches == 0) {
     values.insert(key, gtsam::Vector4(gtsam::Vector4::Zero()));
-    factors.addPrior(key, gtsam::Vector4(gtsam::Vector4::Zero()),
-                     systematic_noise(s.scale_sigma, s.rotation_sigma_deg_per_m));
+    add(boost::make_shared<gtsam::PriorFactor<gtsam::Vector4>>(
+            key, gtsam::Vector4(gtsam::Vector4::Zero()), systematic_noise(s.scale_sigma, s.rotation_sigma_deg_per_m)),
+        keyframe);
   } else {
     const double sqrt_km = std::sqrt(1e-3 * s.stretch_m);
     values.insert(key, values.at<gtsam::Vector4>(systematic_key(stretches - 1)));
-    factors.emplace_shared<gtsam::BetweenFactor<gtsam::Vector4>>(
-        systematic_key(stretches - 1), key, gtsam::Vector4(gtsam::Vector4::Zero()),
-        systematic_noise(s.scale_walk_per_sqrt_km * sqrt_km, s.rotation_walk_deg_per_m_per_sqrt_km * sqrt_km));
+    add(boost::make_shared<gtsam::BetweenFactor<gtsam::Vector4>>(
+            systematic_key(stretches - 1), key, gtsam::Vector4(gtsam::Vector4::Zero()),
+            systematic_noise(s.scale_walk_per_sqrt_km * sqrt_km, s.rotation_walk_deg_per_m_per_sqrt_km * sqrt_km)),
+        keyframe);
   }
   return stretches++;
+}
+
+void PoseGraph::State::add(const gtsam::NonlinearFactor::shared_ptr& factor, std::size_t oldest_keyframe) {
+  marginals.reset();
+  factors.push_back(factor);
+  factors_from.at(oldest_keyframe).push_back(factor);
+}
+
+gtsam::NonlinearFactorGraph PoseGraph::State::window() const {
+  gtsam::NonlinearFactorGraph problem = past.factors();
+  for (std::size_t k = past.end(); k < factors_from.size(); ++k) problem.push_back(factors_from[k]);
+  return problem;
+}
+
+OptimizerReport PoseGraph::State::solve(const gtsam::NonlinearFactorGraph& problem, gtsam::Values initial) {
+  const Stopwatch watch;
+  gtsam::LevenbergMarquardtParams params;
+  params.orderingType = gtsam::Ordering::METIS;
+  params.maxIterations = options.max_iterations;
+  params.relativeErrorTol = 1e-6;
+  gtsam::LevenbergMarquardtOptimizer optimizer(problem, initial, params);
+  OptimizerReport report{.error_before = optimizer.error(), .factors = problem.size()};
+  const gtsam::Values& solution = optimizer.optimize();
+  report.error_after = optimizer.error();
+  report.iterations = static_cast<int>(optimizer.iterations());
+  marginals.reset();
+  values.update(solution);
+  for (const gtsam::Key key : solution.keys()) {
+    if (is_keyframe(key)) poses[key] = from_gtsam(solution.at<gtsam::Pose3>(key));
+  }
+  report.milliseconds = watch.elapsed_ms();
+  return report;
 }
 
 const gtsam::Marginals& PoseGraph::State::present_marginals() const {
@@ -94,13 +134,17 @@ std::size_t PoseGraph::add_keyframe(const Pose& T_map_body) {
   state_->values.insert(gtsam::Key(size()), to_gtsam(T_map_body));
   state_->stretch_of.push_back(state_->stretches == 0 ? 0 : state_->stretches - 1);
   state_->poses.push_back(T_map_body);
+  state_->factors_from.emplace_back();
   state_->tied.push_back(false);
   return size() - 1;
 }
 
 void PoseGraph::add_factor(const boost::shared_ptr<gtsam::NonlinearFactor>& factor) {
-  state_->marginals.reset();
-  state_->factors.push_back(factor);
+  std::size_t oldest = size();
+  for (const gtsam::Key key : factor->keys()) {
+    if (is_keyframe(key)) oldest = std::min<std::size_t>(oldest, key);
+  }
+  state_->add(factor, oldest);
 }
 
 void PoseGraph::add_prior(std::size_t keyframe, const Pose& T_map_body, const Matrix6d& covariance) {
@@ -116,7 +160,7 @@ void PoseGraph::add_odometry(const RelativePose& m) {
         boost::make_shared<gtsam::BetweenFactor<gtsam::Pose3>>(m.i, m.j, to_gtsam(m.T_i_j), gaussian(m.covariance)));
     return;
   }
-  const std::size_t stretch = state_->current_stretch();
+  const std::size_t stretch = state_->stretch_after(m.i);
   state_->path_m += m.T_i_j.translation().norm();
   state_->stretch_of[m.j] = stretch;
   add_factor(
@@ -133,21 +177,15 @@ void PoseGraph::add_loop(const RelativePose& m) {
 
 OptimizerReport PoseGraph::optimize() {
   state_->check_tied();
-  const Stopwatch watch;
-  gtsam::LevenbergMarquardtParams params;
-  params.orderingType = gtsam::Ordering::METIS;
-  params.maxIterations = state_->options.max_iterations;
-  params.relativeErrorTol = 1e-6;
-  OptimizerReport report;
-  gtsam::LevenbergMarquardtOptimizer optimizer(state_->factors, state_->values, params);
-  report.error_before = optimizer.error();
-  state_->values = optimizer.optimize();
-  report.error_after = optimizer.error();
-  report.iterations = static_cast<int>(optimizer.iterations());
-  state_->marginals.reset();
-  for (std::size_t k = 0; k < size(); ++k) state_->poses[k] = from_gtsam(state_->values.at<gtsam::Pose3>(k));
-  report.milliseconds = watch.elapsed_ms();
-  return report;
+  state_->past = {};
+  return state_->solve(state_->factors, state_->values);
+}
+
+OptimizerReport PoseGraph::optimize_window(std::size_t first) {
+  state_->check_tied();
+  state_->past.extend_to(first, state_->factors_from, state_->values);
+  const gtsam::NonlinearFactorGraph problem = state_->window();
+  return state_->solve(problem, values_of(problem.keys(), state_->values));
 }
 
 std::size_t PoseGraph::size() const { return state_->poses.size(); }
@@ -171,6 +209,12 @@ std::vector<Matrix6d> PoseGraph::covariances(const std::vector<std::size_t>& key
   std::vector<Matrix6d> result;
   for (const std::size_t k : keyframes) result.emplace_back(state_->present_marginals().marginalCovariance(k));
   return result;
+}
+
+Matrix6d PoseGraph::newest_covariance() const {
+  const gtsam::NonlinearFactorGraph problem = state_->window();
+  const gtsam::Marginals marginals(problem, values_of(problem.keys(), state_->values), gtsam::Ordering::Metis(problem));
+  return marginals.marginalCovariance(size() - 1);
 }
 
 Matrix6d PoseGraph::relative_covariance(std::size_t i, std::size_t j) const {

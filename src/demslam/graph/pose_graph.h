@@ -46,6 +46,7 @@ struct PoseGraphOptions {
 struct OptimizerReport {
   double error_before = 0.0, error_after = 0.0;
   int iterations = 0;
+  std::size_t factors = 0;  ///< in the problem solved
   double milliseconds = 0.0;
 };
 
@@ -65,8 +66,12 @@ class PoseGraph {
   void add_loop(const RelativePose& measurement);  ///< Cauchy kernel
   void add_factor(const boost::shared_ptr<gtsam::NonlinearFactor>& factor);
 
-  /// Throws Error when a keyframe is tied to nothing (no prior, no odometry).
+  /// All keyframes in batch. Throws Error when a keyframe is tied to nothing (no prior, no odometry).
   OptimizerReport optimize();
+  /// Keyframes from `first` on, at a cost that depends on their number only: what is older is condensed, once, into a
+  /// Gaussian on the window's boundary, and keeps its estimate. Factors added later to older keyframes (loop closures)
+  /// wait for optimize(), which puts everything in play again. `first` may only grow between two calls of optimize().
+  OptimizerReport optimize_window(std::size_t first);
 
   std::size_t size() const;
   std::size_t loops() const;
@@ -77,6 +82,8 @@ class PoseGraph {
   Pose corrected_odometry(const RelativePose& measurement) const;
   /// Marginal covariance of the right perturbation, for each asked keyframe, at the present estimate.
   std::vector<Matrix6d> covariances(const std::vector<std::size_t>& keyframes) const;
+  /// The same for the newest keyframe, from the last window alone.
+  Matrix6d newest_covariance() const;
   /// Covariance of the right perturbation of the graph's own T_i_j.
   Matrix6d relative_covariance(std::size_t i, std::size_t j) const;
   /// Chi-square distance (6 degrees of freedom) of a measurement from the graph's own prediction, both covariances

@@ -152,12 +152,63 @@ TEST(PoseGraph, SameCallsGiveTheSameBytes) {
   EXPECT_EQ(a.covariances({700}).front(), b.covariances({700}).front());
 }
 
+/// Odometry with an absolute fix every 20 keyframes, optimised in a window of 40 as it grows.
+PoseGraph windowed(const std::vector<Pose>& truth, std::vector<std::size_t>* problem_sizes = nullptr) {
+  Random random(21);
+  PoseGraph graph({.systematic = {.enabled = true, .stretch_m = 50.0}});
+  graph.add_keyframe(truth[0]);
+  graph.add_prior(0, truth[0], kTight);
+  for (std::size_t k = 1; k < truth.size(); ++k) {
+    const RelativePose step = between(truth, k - 1, k, kOdometry, random);
+    graph.add_keyframe(graph.T_map_body(k - 1) * step.T_i_j);
+    graph.add_odometry(step);
+    if (k % 20 != 0) continue;
+    graph.add_prior(k - 5, truth[k - 5] * Pose::exp(noise(random, 100.0 * kLoop)), 100.0 * kLoop);
+    const OptimizerReport report = graph.optimize_window(k > 40 ? k - 40 : 0);
+    if (problem_sizes != nullptr) problem_sizes->push_back(report.factors);
+  }
+  return graph;
+}
+
+TEST(OptimizeWindow, AgreesWithTheBatchAtTheNewestKeyframe) {
+  const auto truth = circle(601, 1.0);
+  PoseGraph graph = windowed(truth);
+  const Pose newest = graph.T_map_body(600);
+  const Matrix6d covariance = graph.newest_covariance();
+  graph.optimize();
+  const Vector6d difference = (newest.inverse() * graph.T_map_body(600)).log();
+  EXPECT_LT(difference.dot(covariance.ldlt().solve(difference)), 0.1);
+  EXPECT_TRUE(covariance.isApprox(graph.covariances({600}).front(), 0.05));
+}
+
+TEST(OptimizeWindow, SolvesProblemsOfTheSameSizeHoweverLongThePath) {
+  std::vector<std::size_t> sizes;
+  windowed(circle(2001, 1.0), &sizes);
+  EXPECT_LE(sizes.back(), sizes[10] + 2);
+}
+
+TEST(OptimizeWindow, ABatchInBetweenPutsLoopsIntoPlay) {
+  const auto truth = circle(400, 1.0);
+  PoseGraph graph = odometry_graph(truth, 2);
+  graph.optimize_window(350);
+  const double before_m = end_error_m(graph, truth);
+  Random random(3);
+  graph.add_loop(between(truth, 0, 399, kLoop, random));
+  graph.optimize_window(360);
+  EXPECT_NEAR(end_error_m(graph, truth), before_m, 1e-6);
+  graph.optimize();
+  EXPECT_LT(end_error_m(graph, truth), 0.05);
+  graph.optimize_window(370);
+  EXPECT_LT(end_error_m(graph, truth), 0.05);
+}
+
 TEST(PoseGraph, SaysWhatIsNotTied) {
   PoseGraph graph;
   graph.add_keyframe(Pose());
   graph.add_keyframe(Pose());
   graph.add_odometry({0, 1, Pose(), kOdometry});
-  EXPECT_THAT([&] { graph.optimize(); }, testing::ThrowsMessage<Error>(testing::HasSubstr("keyframe 0 is held by no prior")));
+  EXPECT_THAT([&] { graph.optimize(); },
+              testing::ThrowsMessage<Error>(testing::HasSubstr("keyframe 0 is held by no prior")));
   EXPECT_THROW(graph.covariances({1}), Error);
 }
 
