@@ -199,7 +199,7 @@ SystematicErrors PoseGraph::systematic_errors(std::size_t keyframe) const {
 }
 
 Pose PoseGraph::corrected_odometry(const RelativePose& measurement) const {
-  const SystematicErrors errors = systematic_errors(measurement.j);
+  const SystematicErrors errors = systematic_errors(measurement.i);
   Vector4d s;
   s << errors.scale, errors.rotation_rad_per_m;
   return corrected(measurement.T_i_j, s);
