@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,18 +12,13 @@
 #include "demslam/dem/perturb.h"
 #include "demslam/dem/reproject.h"
 #include "demslam/dem/statistics.h"
+#include "write_text.h"
 
 namespace demslam::apps {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-void write_json(const fs::path& file, const Json& json) {
-  std::ofstream stream(file);
-  stream << json.dump(1) << "\n";
-  if (!stream.flush()) throw Error(file.string() + ": cannot be written");
-}
 
 Json info_json(const fs::path& file, const DemRaster& dem, const DemStatistics& stats) {
   return {{"file", file.string()},
@@ -60,7 +54,7 @@ void info(const fs::path& file, const std::optional<fs::path>& json) {
     const Eigen::Vector3d centre = Georeference(dem.frame).lon_lat_height(Eigen::Vector3d::Zero());
     fmt::print("  CRS       origin at longitude {:.6f}, latitude {:.6f}, height {:.3f} m\n", centre.x(), centre.y(), centre.z());
   }
-  if (json) write_json(*json, info_json(file, dem, stats));
+  if (json) write_text(*json, info_json(file, dem, stats).dump(1) + "\n");
 }
 
 struct CropArguments {

@@ -30,7 +30,7 @@ std::string metric_crs(const std::string& name, const OGRSpatialReference* crs) 
   if (crs->IsGeographic()) {
     throw Error(name +
                 ": the DEM is in degrees, metres are needed; cut and reproject a part of it with "
-                "'demslam dem crop --around LON LAT --radius-m R'");
+                "'demslam dem crop --center LON LAT --radius-m R'");
   }
   if (std::abs(crs->GetLinearUnits() - 1.0) > 1e-9) {
     throw Error(name + ": the DEM's CRS is not in metres; reproject it (gdalwarp -t_srs)");

@@ -105,6 +105,12 @@ void Canvas::draw(std::span<const float> values, int columns, float low, float h
   picture_->paste(grey, mask, u, v, zoom);
 }
 
+std::string Canvas::png() const {
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", picture_->bgr, bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
 void Canvas::write(const std::filesystem::path& file) const {
   std::vector<std::uint8_t> bytes;
   try {

@@ -45,6 +45,8 @@ class Canvas {
   /// Draws a raster, row-major from the top-left, in grey from `low` (black) to `high` (white); NaN stays as it is.
   void draw(std::span<const float> values, int columns, float low, float high, int u = 0, int v = 0, double zoom = 1.0);
 
+  /// The bytes of a PNG file.
+  std::string png() const;
   /// PNG or JPEG by extension. Throws Error when it cannot be written.
   void write(const std::filesystem::path& file) const;
 

@@ -1,0 +1,49 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "commands.h"
+#include "demslam/base/error.h"
+#include "demslam/report/run_report.h"
+
+namespace demslam::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::vector<fs::path> runs;
+  fs::path output;
+  std::optional<fs::path> truth, dem;
+};
+
+void run(const Arguments& arguments) {
+  const Report report = read_report(arguments.runs, arguments.truth, arguments.dem);
+  const std::string extension = arguments.output.extension().string();
+  if (extension == ".png") {
+    write_map_picture(report, arguments.output);
+  } else if (extension == ".html") {
+    write_html(report, arguments.output);
+  } else {
+    throw Error(arguments.output.string() + ": name the report *.html (page) or *.png (map alone)");
+  }
+  fmt::print("{}: written\n", arguments.output.string());
+}
+
+}  // namespace
+
+void add_report(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("report", "a page or a map of one or more runs");
+  command->add_option("runs", arguments->runs, "run folders")->required();
+  command->add_option("-o,--output", arguments->output, "*.html: one self-contained page; *.png: the map alone")->required();
+  command->add_option("--truth", arguments->truth, "true trajectory; default: the one of the run's dataset");
+  command->add_option("--dem", arguments->dem, "elevation model of the map; default: the runs' own");
+  command->footer("Example:\n  demslam report runs/odometry runs/anchored -o report.html");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace demslam::apps
