@@ -17,6 +17,6 @@ struct DatasetReader {
   std::unique_ptr<StereoSequence> (*open)(const std::filesystem::path& path, const std::filesystem::path& calibration);
 };
 
-extern const DatasetReader kDemslamReader, kLusnarReader, kKittiReader, kEurocReader, kFoldersReader;
+extern const DatasetReader kDemslamReader, kLusnarReader, kS3liReader, kKittiReader, kEurocReader, kFoldersReader;
 
 }  // namespace demslam

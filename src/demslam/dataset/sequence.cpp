@@ -11,7 +11,12 @@ namespace {
 
 /// In the order they are tried: the more particular layout first.
 const std::array kReaders = {
-    &kDemslamReader, &kLusnarReader, &kEurocReader, &kKittiReader, &kFoldersReader,
+    &kDemslamReader,  // before LuSNAR, whose images it shares
+    &kLusnarReader,   //
+    &kS3liReader,     //
+    &kEurocReader,    //
+    &kKittiReader,    //
+    &kFoldersReader,  //
 };
 
 std::string known_formats() {

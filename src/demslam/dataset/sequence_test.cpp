@@ -33,7 +33,7 @@ TEST(OpenDataset, AnUnknownFormatIsNamed) {
 }
 
 TEST(OpenDataset, EveryFormatHasAName) {
-  EXPECT_THAT(dataset_formats(), testing::IsSupersetOf({"demslam", "lusnar", "kitti", "euroc", "folders"}));
+  EXPECT_THAT(dataset_formats(), testing::IsSupersetOf({"demslam", "lusnar", "s3li", "kitti", "euroc", "folders"}));
 }
 
 }  // namespace
