@@ -80,8 +80,8 @@ void relax(DemRaster& raster, const std::vector<bool>& hole, int sweeps) {
     for (int row = 0; row < raster.rows; ++row) {
       for (int col = 0; col < raster.cols; ++col) {
         if (!hole[static_cast<std::size_t>(row) * raster.cols + col]) continue;
-        raster.at(row, col) = 0.25F * (clamped(row - 1, col) + clamped(row + 1, col) + clamped(row, col - 1) +
-                                       clamped(row, col + 1));
+        raster.at(row, col) =
+            0.25F * (clamped(row - 1, col) + clamped(row + 1, col) + clamped(row, col - 1) + clamped(row, col + 1));
       }
     }
   }
@@ -93,17 +93,21 @@ struct Preset {
 
 Preset preset_of(Relief relief) {
   switch (relief) {
-    case Relief::flat: return {0.010, 8.0, 0.3, 0.01};
-    case Relief::mare: return {0.014, 100.0, 0.6, 0.1};
-    case Relief::mid: return {0.018, 300.0, 1.0, 0.2};
-    case Relief::highland: break;
+    case Relief::flat:
+      return {0.010, 8.0, 0.3, 0.01};
+    case Relief::mare:
+      return {0.014, 100.0, 0.6, 0.1};
+    case Relief::mid:
+      return {0.018, 300.0, 1.0, 0.2};
+    case Relief::highland:
+      break;
   }
   return {0.022, 800.0, 1.0, 0.3};
 }
 
 }  // namespace
 
-BaseSurface::BaseSurface(DemRaster raster) : raster_(filled(raster)), hole_(holes_of(raster)) {}
+BaseSurface::BaseSurface(DemRaster raster) : hole_(holes_of(raster)), raster_(filled(std::move(raster))) {}
 
 void BaseSurface::add_to(Patch& patch) const {
   std::vector<Taps> columns(patch.nx);

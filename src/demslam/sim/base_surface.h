@@ -11,8 +11,9 @@
 
 namespace demslam {
 
-/// The ground at the scale of a raster: bicubic (Catmull-Rom, C1) between cell centres, so it passes through every height
-/// of the raster. No-data cells are filled smoothly for the renderer and remembered; beyond its edge the surface is mirrored.
+/// The ground at the scale of a raster: bicubic (Catmull-Rom, C1) between cell centres, so it passes through every
+/// height of the raster. No-data cells are filled smoothly for the renderer and remembered; beyond its edge the surface
+/// is mirrored.
 class BaseSurface {
  public:
   explicit BaseSurface(DemRaster raster);
@@ -26,8 +27,8 @@ class BaseSurface {
   bool is_hole(double x_m, double y_m) const;          ///< the nearest cell has no data in the file
 
  private:
+  std::vector<bool> hole_;  ///< of the raster as given
   DemRaster raster_;
-  std::vector<bool> hole_;
 };
 
 /// Replaces NaN by a smooth surface that meets the data around it. Throws Error when nothing but NaN is there.
@@ -35,9 +36,9 @@ void fill_holes(DemRaster& raster);
 
 /// The fractal and crater law of a relief, shared by the generated base and the fine relief below any base.
 struct ReliefLaw {
-  double amplitude_1m = 0.0;    ///< amplitude of the octave of 1 m wavelength, metres
+  double amplitude_1m = 0.0;  ///< amplitude of the octave of 1 m wavelength, metres
   double hurst = 0.85;
-  double outer_scale_m = 100.0; ///< longest wavelength
+  double outer_scale_m = 100.0;  ///< longest wavelength
   double crater_density = 1.0;
   double largest_crater_m = 100.0;
 

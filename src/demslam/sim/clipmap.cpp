@@ -45,7 +45,8 @@ float bilinear(const Node& node, int stride, const Get& get) {
 }  // namespace
 
 Clipmap::Clipmap(const Terrain& terrain, int cells, double range_m) : terrain_(terrain), cells_(cells) {
-  for (double step = Terrain::kFinestStep; levels_.empty() || levels_.back().step_m * cells_ < 2.0 * range_m; step *= 2.0) {
+  for (double step = Terrain::kFinestStep; levels_.empty() || levels_.back().step_m * cells_ < 2.0 * range_m;
+       step *= 2.0) {
     levels_.emplace_back().step_m = step;
   }
 }
@@ -85,7 +86,8 @@ void Clipmap::build(Level& level, const Level* coarser) const {
   const int nodes = cells_ + 1;
   level.vertices.resize(static_cast<std::size_t>(nodes) * nodes + 1);  // one more: Embree reads 16 bytes a vertex
   level.shades.resize(static_cast<std::size_t>(nodes) * nodes);
-  const double step = level.step_m, centre_x = (level.first_x + cells_ / 2) * step, centre_y = (level.first_y + cells_ / 2) * step;
+  const double step = level.step_m, centre_x = (level.first_x + cells_ / 2) * step,
+               centre_y = (level.first_y + cells_ / 2) * step;
   tbb::parallel_for(0, (nodes + kStripRows - 1) / kStripRows, [&](int strip) {
     const int first = strip * kStripRows, rows = std::min(kStripRows, nodes - first);
     Patch heights((level.first_x - 1) * step, (level.first_y + first - 1) * step, step, nodes + 2, rows + 2);
@@ -141,7 +143,9 @@ void Clipmap::cut_blocks() {
     const bool innermost = k == 0;
     const std::int64_t hole_x = innermost ? 0 : (levels_[k - 1].first_x / 2 - level.first_x) / block();
     const std::int64_t hole_y = innermost ? 0 : (levels_[k - 1].first_y / 2 - level.first_y) / block();
-    const auto covered = [&](std::int64_t block, std::int64_t hole) { return block >= hole && block < hole + per_side / 2; };
+    const auto covered = [&](std::int64_t block, std::int64_t hole) {
+      return block >= hole && block < hole + per_side / 2;
+    };
     for (int by = 0; by < per_side; ++by) {
       for (int bx = 0; bx < per_side; ++bx) {
         if (!innermost && covered(bx, hole_x) && covered(by, hole_y)) continue;
@@ -164,7 +168,8 @@ Clipmap::Shade Clipmap::shade(int index, float x, float y) const {
 
 double Clipmap::shown_height(const Eigen::Vector2d& position) const {
   for (const Level& level : levels_) {
-    const double east = position.x() / level.step_m - level.first_x, north = position.y() / level.step_m - level.first_y;
+    const double east = position.x() / level.step_m - level.first_x,
+                 north = position.y() / level.step_m - level.first_y;
     if (east < 0.0 || north < 0.0 || east > cells_ || north > cells_) continue;
     const Node node = node_at(cells_, static_cast<float>(east), static_cast<float>(north));
     return origin_.z() + bilinear(node, cells_ + 1, [&](std::size_t k) { return level.vertices[k].z; });

@@ -9,8 +9,9 @@
 namespace demslam {
 
 /// The terrain as nested square grids around a place, each twice as coarse and twice as wide as the one inside it. The
-/// windows depend on the place alone, moving by two blocks at a time, so every visit to a place sees the same surface; towards its outer
-/// edge a level turns into the next one, so that the surface has neither cracks nor steps. Memory is constant.
+/// windows depend on the place alone, moving by two blocks at a time, so every visit to a place sees the same surface;
+/// towards its outer edge a level turns into the next one, so that the surface has neither cracks nor steps. Memory is
+/// constant.
 class Clipmap {
  public:
   static constexpr double kRadius = 1737400.0;  ///< of the Moon; the ground beyond kFlat falls off with its curvature
@@ -41,7 +42,9 @@ class Clipmap {
   int block() const { return cells_ / 8; }  ///< cells; the grid of the holes that finer levels cut into coarser ones
   Eigen::Vector2d centre() const;           ///< of the finest window, map frame
   const std::vector<Level>& levels() const { return levels_; }
-  const Eigen::Vector3d& origin() const { return origin_; }  ///< map frame, moves in large steps (single precision near it)
+  const Eigen::Vector3d& origin() const {
+    return origin_;
+  }  ///< map frame, moves in large steps (single precision near it)
 
   /// Slope and albedo between the nodes of a level at a position relative to origin().
   Shade shade(int level, float x, float y) const;

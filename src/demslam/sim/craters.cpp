@@ -115,8 +115,7 @@ std::vector<Crater> CraterField::within(double west, double south, double east, 
 void CraterField::add_to(Patch& patch, double resolution_m) const {
   if (density <= 0.0 || patch.nx == 0 || patch.ny == 0) return;
   const double smallest = 3.0 * resolution_m;
-  for (const Crater& crater :
-       within(patch.x0, patch.y0, patch.x(patch.nx - 1), patch.y(patch.ny - 1), smallest)) {
+  for (const Crater& crater : within(patch.x0, patch.y0, patch.x(patch.nx - 1), patch.y(patch.ny - 1), smallest)) {
     dig(patch, crater, smooth_step(smallest, 2.0 * smallest, crater.diameter_m));
   }
 }

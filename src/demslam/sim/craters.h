@@ -18,7 +18,8 @@ struct Crater {
 };
 
 /// A random population of craters, N(>D) = density * 0.079 D^-2 per square metre (Trask's equilibrium), from fresh
-/// (depth 0.2 D) to almost erased; each depends on the seed and its place alone, so any region can be asked for at any time.
+/// (depth 0.2 D) to almost erased; each depends on the seed and its place alone, so any region can be asked for at any
+/// time.
 struct CraterField {
   std::uint64_t seed = 0;
   double density = 1.0;

@@ -43,7 +43,8 @@ Eigen::Vector3d velocity(const Trajectory& trajectory, std::size_t i) {
 
 }  // namespace
 
-DatasetWriter::DatasetWriter(fs::path out, const SceneOptions& scene) : out_(std::move(out)), with_depth_(scene.output.depth) {
+DatasetWriter::DatasetWriter(fs::path out, const SceneOptions& scene)
+    : out_(std::move(out)), with_depth_(scene.output.depth) {
   const fs::path scene_file = out_ / "scene.toml";
   const std::string text = scene_toml(scene);
   if (fs::exists(scene_file) && read_text(scene_file) != text) {
@@ -86,13 +87,16 @@ void DatasetWriter::write_picture(const fs::path& file, const Image& image) cons
 
 void DatasetWriter::write(const SimulatedFrame& frame) const {
   if (!frame.depth_m.empty()) {
-    write_bytes(file("image0/depth", frame.t_ns, ".pfm"), pfm_bytes(frame.depth_m, frame.left.width, frame.left.height));
+    write_bytes(file("image0/depth", frame.t_ns, ".pfm"),
+                pfm_bytes(frame.depth_m, frame.left.width, frame.left.height));
   }
   write_picture(file("image1/color", frame.t_ns, ".png"), frame.right);
   write_picture(file("image0/color", frame.t_ns, ".png"), frame.left);
 }
 
-void DatasetWriter::write_text(const std::string& name, const std::string& text) const { write_bytes(out_ / name, text); }
+void DatasetWriter::write_text(const std::string& name, const std::string& text) const {
+  write_bytes(out_ / name, text);
+}
 
 void DatasetWriter::write_raster(const std::string& name, const DemRaster& raster) const {
   write_dem(unfinished(out_ / name), raster);
@@ -106,7 +110,8 @@ void DatasetWriter::close() const {
 
 std::string ground_truth_text(const Trajectory& trajectory) {
   std::string text =
-      "#timestamp [ns], p_x [m], p_y [m], p_z [m], q_w [], q_x [], q_y [], q_z [], v_x [m s^-1], v_y [m s^-1], v_z [m s^-1], "
+      "#timestamp [ns], p_x [m], p_y [m], p_z [m], q_w [], q_x [], q_y [], q_z [], v_x [m s^-1], v_y [m s^-1], v_z [m "
+      "s^-1], "
       "b_w_x [rad s^-1], b_w_y [rad s^-1], b_w_z [rad s^-1], b_a_x [m s^-2], b_a_y [m s^-2], b_a_z [m s^-2]\n";
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     const Eigen::Vector3d& p = trajectory[i].pose.translation();
@@ -114,7 +119,8 @@ std::string ground_truth_text(const Trajectory& trajectory) {
     const Eigen::Vector3d v = velocity(trajectory, i);
     char line[512];
     std::snprintf(line, sizeof line, "%lld,%.9f,%.9f,%.9f,%.12f,%.12f,%.12f,%.12f,%.9f,%.9f,%.9f,0,0,0,0,0,0\n",
-                  static_cast<long long>(trajectory[i].t_ns), p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z(), v.x(), v.y(), v.z());
+                  static_cast<long long>(trajectory[i].t_ns), p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z(), v.x(),
+                  v.y(), v.z());
     text += line;
   }
   return text;

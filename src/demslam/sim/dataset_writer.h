@@ -43,7 +43,8 @@ class DatasetWriter {
   bool with_depth_;
 };
 
-/// gt.txt: LuSNAR's 17 columns: ns, T_map_body as x y z and quaternion w x y z, velocity (map), gyro and accelerometer bias (0).
+/// gt.txt: LuSNAR's 17 columns: ns, T_map_body as x y z and quaternion w x y z, velocity (map), gyro and accelerometer
+/// bias (0).
 std::string ground_truth_text(const Trajectory& trajectory);
 
 /// A one-channel PFM: little-endian floats, bottom row first.

@@ -32,8 +32,10 @@ Extent around(const Trajectory& trajectory, double margin) {
 /// An empty product on a grid of multiples of the cell, inside both the extent and the base.
 DemRaster grid(const Terrain& terrain, const Extent& wanted, double cell) {
   const DemRaster& base = terrain.base().raster();
-  const double west = std::max(wanted.west, base.west_m), east = std::min(wanted.east, base.west_m + base.cols * base.cell_m);
-  const double north = std::min(wanted.north, base.north_m), south = std::max(wanted.south, base.north_m - base.rows * base.cell_m);
+  const double west = std::max(wanted.west, base.west_m),
+               east = std::min(wanted.east, base.west_m + base.cols * base.cell_m);
+  const double north = std::min(wanted.north, base.north_m),
+               south = std::max(wanted.south, base.north_m - base.rows * base.cell_m);
   DemRaster product;
   product.frame = base.frame;
   product.cell_m = cell;

@@ -45,9 +45,9 @@ double fade_slope(double t) { return 30.0 * t * t * (t * (t - 2.0) + 1.0); }
 
 /// Where the columns of a patch fall on the noise lattice.
 struct Columns {
-  std::int64_t first = 0;   ///< lattice column of the patch's first node
-  std::vector<int> cell;    ///< lattice column of each node, from `first`
-  std::vector<double> t, s; ///< position inside that column, and its fade
+  std::int64_t first = 0;    ///< lattice column of the patch's first node
+  std::vector<int> cell;     ///< lattice column of each node, from `first`
+  std::vector<double> t, s;  ///< position inside that column, and its fade
 };
 
 Columns columns_of(const std::vector<double>& positions) {
@@ -62,7 +62,8 @@ Columns columns_of(const std::vector<double>& positions) {
   return columns;
 }
 
-/// Along one patch row the field is linear in these per lattice column: n = lerp(slope_i t + offset_i, slope_{i+1} (t-1) + offset_{i+1}).
+/// Along one patch row the field is linear in these per lattice column: n = lerp(slope_i t + offset_i, slope_{i+1}
+/// (t-1) + offset_{i+1}).
 struct RowBlend {
   std::vector<double> slope, offset;
 };

@@ -6,9 +6,9 @@
 
 namespace demslam {
 
-/// Gradient noise (Perlin 2002, quintic fade, C2) of one wavelength: a smooth random field that depends on nothing but the
-/// seed and the map position. Zero mean; kNoiseRms is its standard deviation at amplitude 1. No Eigen here: the kernels are
-/// compiled for several instruction sets.
+/// Gradient noise (Perlin 2002, quintic fade, C2) of one wavelength: a smooth random field that depends on nothing but
+/// the seed and the map position. Zero mean; kNoiseRms is its standard deviation at amplitude 1. No Eigen here: the
+/// kernels are compiled for several instruction sets.
 struct Noise {
   std::uint64_t seed = 0;
   double wavelength_m = 1.0;
@@ -21,9 +21,11 @@ struct Noise {
  private:
   /// Position on the noise lattice, shifted by the seed: octaves must not share their zeros.
   double lattice_x(double x_m) const { return x_m / wavelength_m + static_cast<double>(seed & 0xffff) * 0x1.0p-16; }
-  double lattice_y(double y_m) const { return y_m / wavelength_m + static_cast<double>((seed >> 16) & 0xffff) * 0x1.0p-16; }
+  double lattice_y(double y_m) const {
+    return y_m / wavelength_m + static_cast<double>((seed >> 16) & 0xffff) * 0x1.0p-16;
+  }
 };
 
-inline constexpr double kNoiseRms = 0.33;
+inline constexpr double kNoiseRms = 0.305;
 
 }  // namespace demslam

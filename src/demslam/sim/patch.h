@@ -6,7 +6,8 @@
 
 namespace demslam {
 
-/// Values at the nodes of a regular grid in the map frame: node (ix, iy) stands at (x0 + ix * step, y0 + iy * step), metres.
+/// Values at the nodes of a regular grid in the map frame: node (ix, iy) stands at (x0 + ix * step, y0 + iy * step),
+/// metres.
 struct Patch {
   double x0 = 0.0, y0 = 0.0, step = 1.0;
   int nx = 0, ny = 0;
@@ -14,7 +15,11 @@ struct Patch {
 
   Patch() = default;
   Patch(double x0_m, double y0_m, double step_m, int nodes_x, int nodes_y)
-      : x0(x0_m), y0(y0_m), step(step_m), nx(nodes_x), ny(nodes_y),
+      : x0(x0_m),
+        y0(y0_m),
+        step(step_m),
+        nx(nodes_x),
+        ny(nodes_y),
         values(static_cast<std::size_t>(nodes_x) * nodes_y, 0.0) {}
 
   double x(int ix) const { return x0 + ix * step; }

@@ -39,6 +39,7 @@ RayScene::Scene RayScene::shape_scene(const RockShape& shape) const {
 
 void RayScene::build(const Clipmap& clipmap, const std::vector<Rock>& rocks) {
   scene_.reset(rtcNewScene(device_.get()));
+  rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between two cells
   for (unsigned k = 0; k < clipmap.levels().size(); ++k) add_level(clipmap, k);
   if (!rocks.empty()) add_rocks(clipmap, rocks);
   tbb::task_arena(1).execute([&] { rtcCommitScene(scene_.get()); });
@@ -47,7 +48,8 @@ void RayScene::build(const Clipmap& clipmap, const std::vector<Rock>& rocks) {
 
 void RayScene::add_level(const Clipmap& clipmap, unsigned index) {
   const Clipmap::Level& level = clipmap.levels()[index];
-  const unsigned stride = static_cast<unsigned>(clipmap.cells()) + 1, block_cells = static_cast<unsigned>(clipmap.block());
+  const unsigned stride = static_cast<unsigned>(clipmap.cells()) + 1,
+                 block_cells = static_cast<unsigned>(clipmap.block());
   const unsigned per_side = (stride - 1) / block_cells;
   RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_GRID);
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, level.vertices.data(), 0,

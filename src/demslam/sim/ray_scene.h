@@ -11,7 +11,8 @@
 namespace demslam {
 
 /// Embree's view of a clipmap (one grid geometry per level, geometry id = level) and of rocks (one instance array,
-/// geometry id kRocks, primitive id = index of the rock). Rebuilt as a whole, by one thread, so that it is the same each time.
+/// geometry id kRocks, primitive id = index of the rock). Rebuilt as a whole, by one thread, so that it is the same
+/// each time.
 class RayScene {
  public:
   static constexpr unsigned kRocks = 1000;

@@ -15,8 +15,8 @@ namespace demslam {
 namespace {
 
 constexpr int kAcross = 4, kDown = 2, kPacket = kAcross * kDown;  // pixels that are cast together
-constexpr double kRangeM = 4000.0;          // terrain is there up to this distance
-constexpr double kRockReach = 250.0;        // rocks are there up to this many of their diameters (at 512 px focal length)
+constexpr double kRangeM = 4000.0;                                // terrain is there up to this distance
+constexpr double kRockReach = 250.0;  // rocks are there up to this many of their diameters (at 512 px focal length)
 constexpr float kNear = 0.05F;
 
 using Eigen::Vector3f;
@@ -25,7 +25,8 @@ Vector3f sun_direction(const LightOptions& light) {
   const double elevation = light.sun_elevation_deg * std::numbers::pi / 180.0;
   const double azimuth = light.sun_azimuth_deg * std::numbers::pi / 180.0;
   return Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-                         std::sin(elevation)).cast<float>();
+                         std::sin(elevation))
+      .cast<float>();
 }
 
 /// Grid cells per side that give two to four pixels per cell.
@@ -95,9 +96,13 @@ struct Hit {
 
 struct Renderer::World {
   World(const SceneOptions& scene, const Terrain& terrain_in, const Route& route)
-      : terrain(terrain_in), clipmap(terrain, clipmap_cells(scene.camera), kRangeM),
-        field(scene.terrain, scene.seed, terrain, route), rays(field.shapes()), sun(sun_direction(scene.light)),
-        reflectance(scene.light.photometry, scene.light.albedo), passes(passes_of(scene.camera.samples_per_axis)) {}
+      : terrain(terrain_in),
+        clipmap(terrain, clipmap_cells(scene.camera), kRangeM),
+        field(scene.terrain, scene.seed, terrain, route),
+        rays(field.shapes()),
+        sun(sun_direction(scene.light)),
+        reflectance(scene.light.photometry, scene.light.albedo),
+        passes(passes_of(scene.camera.samples_per_axis)) {}
 
   void trace_block(const View& view, const Pass& pass, int u, int v) const;
   void store(const View& view, const Pass& pass, const Packet& packet, const Hit* hits) const;
@@ -178,7 +183,8 @@ void Renderer::World::store(const View& view, const Pass& pass, const Packet& pa
   if (pass.weight > 0.0F) light(packet, hits, radiance);
   for (int i = 0; i < kPacket; ++i) {
     if (packet.valid[i] == 0) continue;
-    const std::size_t pixel = static_cast<std::size_t>(packet.v + i / kAcross) * view.camera.width + packet.u + i % kAcross;
+    const std::size_t pixel =
+        static_cast<std::size_t>(packet.v + i / kAcross) * view.camera.width + packet.u + i % kAcross;
     view.out.radiance[pixel] += pass.weight * radiance[i];
     if (!pass.is_centre) continue;
     view.out.depth_m[pixel] = packet.rays.ray.tfar[i];  // the ray's direction has camera z = 1
@@ -200,7 +206,8 @@ Hit Renderer::World::hit_of(const RTCRayHit8& packet, int i, float pixel_angle) 
     const float foreshortening = std::sqrt(std::max(std::abs(facet.dot(hit.to_eye)), 0.05F));
     shade_ground(static_cast<int>(packet.hit.geomID[i]), footprint / foreshortening, hit);
   } else {
-    shade_rock(rocks[packet.hit.instPrimID[0][i]], packet.hit.primID[i], packet.hit.u[i], packet.hit.v[i], footprint, hit);
+    shade_rock(rocks[packet.hit.instPrimID[0][i]], packet.hit.primID[i], packet.hit.u[i], packet.hit.v[i], footprint,
+               hit);
   }
   return hit;
 }
@@ -209,21 +216,28 @@ void Renderer::World::shade_ground(int level, float footprint, Hit& hit) const {
   const Clipmap::Shade shade = clipmap.shade(level, hit.position.x(), hit.position.y());
   const Eigen::Vector2d place = clipmap.origin().head<2>() + hit.position.head<2>().cast<double>();
   const FieldSample micro = terrain.micro_relief(place.x(), place.y(), clipmap.levels()[level].step_m, footprint);
-  hit.normal = Vector3f(-shade.slope_x - static_cast<float>(micro.dx), -shade.slope_y - static_cast<float>(micro.dy), 1.0F).normalized();
+  hit.normal =
+      Vector3f(-shade.slope_x - static_cast<float>(micro.dx), -shade.slope_y - static_cast<float>(micro.dy), 1.0F)
+          .normalized();
   hit.albedo = shade.albedo;
 }
 
-void Renderer::World::shade_rock(const Rock& rock, unsigned triangle, float u, float v, float footprint, Hit& hit) const {
+void Renderer::World::shade_rock(const Rock& rock, unsigned triangle, float u, float v, float footprint,
+                                 Hit& hit) const {
   const RockShape& shape = field.shapes()[rock.shape];
   const auto& corner = shape.triangles[triangle];
-  const Vector3f smooth = (1.0F - u - v) * shape.normals[corner[0]] + u * shape.normals[corner[1]] + v * shape.normals[corner[2]];
+  const Vector3f smooth =
+      (1.0F - u - v) * shape.normals[corner[0]] + u * shape.normals[corner[1]] + v * shape.normals[corner[2]];
   hit.normal = (rock.R_map_rock * smooth).normalized();
   hit.surface = Surface::rock;
   hit.albedo = rock.albedo;
   if (rock.shape == 0) return;  // spheres stay as smooth as their closed form
-  const Eigen::Vector3f local = rock.R_map_rock.conjugate() * (hit.position - (rock.p_map - clipmap.origin()).cast<float>());
-  const FieldSample grain = terrain.micro_relief(local.x() + 0.7 * local.z(), local.y() - 0.6 * local.z(), 0.04, footprint);
-  hit.normal = (hit.normal + 0.7F * Vector3f(static_cast<float>(grain.dx), static_cast<float>(grain.dy), 0.0F)).normalized();
+  const Eigen::Vector3f local =
+      rock.R_map_rock.conjugate() * (hit.position - (rock.p_map - clipmap.origin()).cast<float>());
+  const FieldSample grain =
+      terrain.micro_relief(local.x() + 0.7 * local.z(), local.y() - 0.6 * local.z(), 0.04, footprint);
+  hit.normal =
+      (hit.normal + 0.7F * Vector3f(static_cast<float>(grain.dx), static_cast<float>(grain.dy), 0.0F)).normalized();
 }
 
 /// Reflected sunlight of the valid hits; a shadow ray for each that faces the sun.

@@ -16,13 +16,14 @@ enum class Surface : std::uint8_t { sky, ground, rock };
 /// What one camera sees, before optics and electronics. Rows from the top, the centre of the top-left pixel is (0, 0).
 struct Rendering {
   int width = 0, height = 0;
-  std::vector<float> radiance;    ///< I/F, mean over the pixel
-  std::vector<float> depth_m;     ///< camera z at the pixel's centre; infinity: sky
-  std::vector<Surface> surface;   ///< at the pixel's centre
+  std::vector<float> radiance;   ///< I/F, mean over the pixel
+  std::vector<float> depth_m;    ///< camera z at the pixel's centre; infinity: sky
+  std::vector<Surface> surface;  ///< at the pixel's centre
 };
 
 /// Casts rays into terrain and rocks around a place (Embree): one sun, hard shadows, black sky. The scene is single
-/// precision relative to an origin near the rover. Rendering is parallel over pixel rows and does not depend on the threads.
+/// precision relative to an origin near the rover. Rendering is parallel over pixel rows and does not depend on the
+/// threads.
 class Renderer {
  public:
   Renderer(const SceneOptions& scene, const Terrain& terrain, const Route& route);

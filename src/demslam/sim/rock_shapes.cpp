@@ -96,7 +96,8 @@ std::vector<Ripple> ripples(Random& random) {
   std::vector<Ripple> result;
   for (int i = 0; i < 40; ++i) {
     const auto frequency = static_cast<float>(3.0 * std::pow(1.08, i));
-    result.push_back({frequency * random_direction(random), static_cast<float>(2.0 * std::numbers::pi * random.uniform()),
+    result.push_back({frequency * random_direction(random),
+                      static_cast<float>(2.0 * std::numbers::pi * random.uniform()),
                       0.035F * std::pow(frequency / 3.0F, -0.9F)});
   }
   return result;
@@ -115,9 +116,11 @@ RockShape sphere_shape(int subdivisions) {
 RockShape rock_shape(std::uint64_t seed, int subdivisions) {
   Random random(seed);
   std::vector<Plane> planes;
-  for (int i = 0; i < 14; ++i) planes.push_back({random_direction(random), static_cast<float>(random.uniform(0.55, 0.95))});
+  for (int i = 0; i < 14; ++i)
+    planes.push_back({random_direction(random), static_cast<float>(random.uniform(0.55, 0.95))});
   const std::vector<Ripple> rough = ripples(random);
-  const Eigen::Vector3f squash(1.0F, static_cast<float>(random.uniform(0.65, 1.0)), static_cast<float>(random.uniform(0.5, 0.85)));
+  const Eigen::Vector3f squash(1.0F, static_cast<float>(random.uniform(0.65, 1.0)),
+                               static_cast<float>(random.uniform(0.5, 0.85)));
   RockShape shape = sphere_shape(subdivisions);
   for (std::size_t i = 0; i < shape.vertices.size(); ++i) {
     const Eigen::Vector3f direction = shape.normals[i];

@@ -58,11 +58,14 @@ std::vector<Rock> RockField::around(const Eigen::Vector2d& position, double reac
   for (double low = kSmallest; low < options_.rock_max_m; low *= 2.0, ++octave) {
     const double high = std::min(2.0 * low, options_.rock_max_m), side = kCellsPerDiameter * high;
     const double reach = reach_per_diameter * low;
-    for (auto y = static_cast<std::int64_t>(std::floor((position.y() - reach) / side)); y * side <= position.y() + reach; ++y) {
-      for (auto x = static_cast<std::int64_t>(std::floor((position.x() - reach) / side)); x * side <= position.x() + reach; ++x) {
+    for (auto y = static_cast<std::int64_t>(std::floor((position.y() - reach) / side));
+         y * side <= position.y() + reach; ++y) {
+      for (auto x = static_cast<std::int64_t>(std::floor((position.x() - reach) / side));
+           x * side <= position.x() + reach; ++x) {
         const Cell cell{octave, x, y};
         auto node = cells_.extract(cell);
-        const auto at = node ? kept.insert(std::move(node)).position : kept.emplace(cell, rocks_of(cell, low, high)).first;
+        const auto at =
+            node ? kept.insert(std::move(node)).position : kept.emplace(cell, rocks_of(cell, low, high)).first;
         rocks.insert(rocks.end(), at->second.begin(), at->second.end());
       }
     }
@@ -73,7 +76,8 @@ std::vector<Rock> RockField::around(const Eigen::Vector2d& position, double reac
 
 std::vector<Rock> RockField::rocks_of(const Cell& cell, double low_m, double high_m) const {
   const double side = kCellsPerDiameter * high_m;
-  Random random(Random::mix(seed_ + cell.octave) + static_cast<std::uint64_t>(cell.x), static_cast<std::uint64_t>(cell.y));
+  Random random(Random::mix(seed_ + cell.octave) + static_cast<std::uint64_t>(cell.x),
+                static_cast<std::uint64_t>(cell.y));
   std::vector<Rock> rocks;
   for (int left = poisson(random, density(options_.rock_abundance, low_m, high_m) * side * side); left > 0; --left) {
     Rock rock;
@@ -81,7 +85,8 @@ std::vector<Rock> RockField::rocks_of(const Cell& cell, double low_m, double hig
     const double diameter = draw_diameter(random, golombek_q(options_.rock_abundance), low_m, high_m);
     rock.diameter_m = static_cast<float>(diameter);
     rock.shape = 1 + static_cast<int>(random.index(kShapes));
-    const double yaw = 2.0 * std::numbers::pi * random.uniform(), lean = 0.35 * random.normal(), roll = 0.35 * random.normal();
+    const double yaw = 2.0 * std::numbers::pi * random.uniform(), lean = 0.35 * random.normal(),
+                 roll = 0.35 * random.normal();
     rock.R_map_rock = rotation_from_rpy(roll, lean, yaw).cast<float>();
     const double buried = random.uniform(0.15, 0.6);
     rock.albedo = static_cast<float>(1.15 + 0.15 * random.normal());

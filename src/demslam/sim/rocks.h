@@ -35,8 +35,8 @@ struct Rock {
 };
 
 /// The rocks of the ground. Sizes follow Golombek's law: the area fraction covered by rocks larger than D is
-/// k exp(-q(k) D) with q = 1.79 + 0.152 / k. Where a rock lies and what it looks like depends on the seed and its place alone;
-/// rocks too high to drive over keep clear of the route, as a rover's planner would choose it.
+/// k exp(-q(k) D) with q = 1.79 + 0.152 / k. Where a rock lies and what it looks like depends on the seed and its place
+/// alone; rocks too high to drive over keep clear of the route, as a rover's planner would choose it.
 class RockField {
  public:
   static constexpr double kSmallest = 0.03;  ///< diameter, metres

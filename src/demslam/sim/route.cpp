@@ -8,8 +8,8 @@
 namespace demslam {
 namespace {
 
-constexpr double kSpacing = 0.1;        // metres between the points of the polyline
-constexpr double kLoopOverlap = 1.03;   // a loop goes on over its first metres, so that they are seen again
+constexpr double kSpacing = 0.1;       // metres between the points of the polyline
+constexpr double kLoopOverlap = 1.03;  // a loop goes on over its first metres, so that they are seen again
 
 Eigen::Vector2d direction(double angle) { return {std::cos(angle), std::sin(angle)}; }
 
@@ -56,7 +56,8 @@ std::vector<Eigen::Vector2d> through(const std::vector<Eigen::Vector2d>& way) {
     const double chord = (way[i + 1] - way[i]).norm();
     const int count = std::max(1, static_cast<int>(std::ceil(chord / kSpacing)));
     const Eigen::Vector2d ta = chord * tangent(way, i), tb = chord * tangent(way, i + 1);
-    for (int k = 1; k <= count; ++k) points.push_back(hermite(way[i], way[i + 1], ta, tb, static_cast<double>(k) / count));
+    for (int k = 1; k <= count; ++k)
+      points.push_back(hermite(way[i], way[i + 1], ta, tb, static_cast<double>(k) / count));
   }
   return points;
 }

@@ -23,13 +23,15 @@ double contact_height(const Terrain& terrain, const Eigen::Vector2d& wheel) {
 
 std::string place(const Eigen::Vector2d& position, double s_m) {
   char text[96];
-  std::snprintf(text, sizeof text, "map x = %.1f m, y = %.1f m, after %.1f m of the route", position.x(), position.y(), s_m);
+  std::snprintf(text, sizeof text, "map x = %.1f m, y = %.1f m, after %.1f m of the route", position.x(), position.y(),
+                s_m);
   return text;
 }
 
 void check_ground(const BaseSurface& base, const Eigen::Vector2d& position, double s_m) {
   if (!base.inside(position.x(), position.y())) {
-    throw Error("the route leaves the terrain at " + place(position, s_m) + "; shorten or move it, or use a larger DEM");
+    throw Error("the route leaves the terrain at " + place(position, s_m) +
+                "; shorten or move it, or use a larger DEM");
   }
   if (base.is_hole(position.x(), position.y())) {
     throw Error("the route crosses a hole (no data) of the DEM at " + place(position, s_m) + "; move the route");
@@ -62,7 +64,8 @@ Trajectory drive(const Terrain& terrain, const RoverOptions& rover, const Route&
   for (std::size_t i = 0; i < frames; ++i) {
     const double s = static_cast<double>(i) * step;
     check_ground(terrain.base(), route.position(s), s);
-    const auto t_ns = kFirstStamp + static_cast<TimestampNs>(std::llround(1e9 * static_cast<double>(i) / rover.frame_rate_hz));
+    const auto t_ns =
+        kFirstStamp + static_cast<TimestampNs>(std::llround(1e9 * static_cast<double>(i) / rover.frame_rate_hz));
     trajectory.push_back({t_ns, standing_pose(terrain, rover, route.position(s), route.heading(s))});
   }
   return trajectory;

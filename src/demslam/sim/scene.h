@@ -13,13 +13,15 @@ enum class Relief { flat, mare, mid, highland };
 enum class Photometry { lambert, lunar_lambert, hapke };
 enum class RouteKind { straight, loop, waypoints };
 
-/// The rendered ground: a base surface (a DEM file, or generated), and everything finer than it, which is always generated.
+/// The rendered ground: a base surface (a DEM file, or generated), and everything finer than it, which is always
+/// generated.
 struct TerrainOptions {
   std::filesystem::path dem;         ///< empty: the base is generated
   Relief relief = Relief::highland;  ///< amplitude of the generated relief, fine relief included
   double size_m = 500.0;             ///< side of a generated base, centred on the map's origin
   double hurst = 0.85;               ///< fractal exponent: the amplitude of a wavelength L grows as L^hurst
   double roughness = 1.0;            ///< multiplies the relief's fractal amplitude
+  double albedo_variation = 0.04;    ///< relative RMS of the ground's albedo, for each of four scales
   double crater_density = 1.0;       ///< 1: the equilibrium population, N(>D) = 0.079 D^-2 per square metre
   double rock_abundance = 0.03;      ///< area fraction covered by rocks (Golombek's k); 0: none
   double rock_max_m = 1.5;           ///< largest diameter
@@ -30,22 +32,22 @@ struct LightOptions {
   double sun_elevation_deg = 25.0;
   double sun_azimuth_deg = 60.0;  ///< from East towards North, as the heading; light comes from there
   Photometry photometry = Photometry::hapke;
-  double albedo = 0.12;           ///< normal albedo of the regolith
+  double albedo = 0.12;  ///< normal albedo of the regolith
 };
 
 struct CameraOptions {
   int width_px = 1024, height_px = 1024;
   double horizontal_fov_deg = 90.0;  ///< focal length = width / 2 / tan(fov / 2); principal point in the image's middle
   double baseline_m = 0.31;
-  double forward_m = 1.0;            ///< left camera in the body: this far ahead of the ground contact point,
-  double height_m = 1.5;             ///< this high, and half a baseline to the left
+  double forward_m = 1.0;  ///< left camera in the body: this far ahead of the ground contact point,
+  double height_m = 1.5;   ///< this high, and half a baseline to the left
   double pitch_down_deg = 20.0;
-  double exposure = 0.0;             ///< grey value per unit of reflected radiance (I/F); 0: from the first frame, then kept
-  double gamma = 2.0;                ///< grey = 255 (exposed radiance)^(1/gamma); 2 is the square-root table of flight cameras
-  double full_well_e = 12000.0;      ///< electrons at white, sets the photon noise
-  double read_noise_e = 20.0;        ///< electrons; with full_well_e = 0 there is no noise
-  double blur_px = 0.5;              ///< sigma of the point-spread function; 0: none
-  int samples_per_axis = 1;          ///< n x n rays per pixel
+  double exposure = 0.0;  ///< grey value per unit of reflected radiance (I/F); 0: from the first frame, then kept
+  double gamma = 2.0;     ///< grey = 255 (exposed radiance)^(1/gamma); 2 is the square-root table of flight cameras
+  double full_well_e = 12000.0;  ///< electrons at white, sets the photon noise
+  double read_noise_e = 12.0;    ///< electrons; with full_well_e = 0 there is no noise
+  double blur_px = 0.5;          ///< sigma of the point-spread function; 0: none
+  int samples_per_axis = 1;      ///< n x n rays per pixel
 };
 
 struct RoverOptions {
@@ -56,14 +58,14 @@ struct RoverOptions {
   std::vector<Eigen::Vector2d> waypoints_m;           ///< for route = "waypoints": a smooth curve through them
   double speed_m_per_s = 0.5;
   double frame_rate_hz = 1.0;
-  double wheelbase_m = 1.2, track_m = 1.0;            ///< four contact points around the body's origin
+  double wheelbase_m = 1.2, track_m = 1.0;  ///< four contact points around the body's origin
 };
 
 /// The elevation map that the mission has: the rendered ground as an orbiter would have measured it.
 struct DemProductOptions {
   double cell_m = 5.0;
   double noise_rms_m = 0.5;
-  double correlation_m = 10.0;                        ///< the noise's autocorrelation is exp(-(d / L)^2)
+  double correlation_m = 10.0;  ///< the noise's autocorrelation is exp(-(d / L)^2)
   double bias_m = 0.0;
   Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();  ///< the product shows the ground of (x, y) at (x, y) + shift
   double margin_m = 250.0;                            ///< around the route, as far as the base surface goes
@@ -93,8 +95,8 @@ struct SceneOptions {
   OutputOptions output;
 };
 
-/// Reads a scene TOML. Throws Error with file and line: unknown key, wrong type, value out of range, sun below the horizon.
-/// A relative terrain.dem is taken relative to the file's folder.
+/// Reads a scene TOML. Throws Error with file and line: unknown key, wrong type, value out of range, sun below the
+/// horizon. A relative terrain.dem is taken relative to the file's folder.
 SceneOptions read_scene(const std::filesystem::path& file);
 
 /// The effective scene, every field; reads back to the same options.

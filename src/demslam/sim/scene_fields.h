@@ -15,9 +15,8 @@ using EnumNames = std::array<std::pair<Enum, const char*>, N>;
 
 inline constexpr EnumNames<Relief, 4> kReliefNames{
     {{Relief::flat, "flat"}, {Relief::mare, "mare"}, {Relief::mid, "mid"}, {Relief::highland, "highland"}}};
-inline constexpr EnumNames<Photometry, 3> kPhotometryNames{{{Photometry::lambert, "lambert"},
-                                                            {Photometry::lunar_lambert, "lunar_lambert"},
-                                                            {Photometry::hapke, "hapke"}}};
+inline constexpr EnumNames<Photometry, 3> kPhotometryNames{
+    {{Photometry::lambert, "lambert"}, {Photometry::lunar_lambert, "lunar_lambert"}, {Photometry::hapke, "hapke"}}};
 inline constexpr EnumNames<RouteKind, 3> kRouteNames{
     {{RouteKind::straight, "straight"}, {RouteKind::loop, "loop"}, {RouteKind::waypoints, "waypoints"}}};
 
@@ -57,6 +56,7 @@ void terrain_fields(Io& io, O& terrain) {
   bounded(io, "size_m", terrain.size_m, 20.0, 20000.0);
   bounded(io, "hurst", terrain.hurst, 0.3, 1.0);
   bounded(io, "roughness", terrain.roughness, 0.0, 10.0);
+  bounded(io, "albedo_variation", terrain.albedo_variation, 0.0, 0.3);
   bounded(io, "crater_density", terrain.crater_density, 0.0, 3.0);
   bounded(io, "rock_abundance", terrain.rock_abundance, 0.0, 0.3);
   bounded(io, "rock_max_m", terrain.rock_max_m, 0.05, 10.0);
@@ -68,7 +68,8 @@ void light_fields(Io& io, O& light) {
   io.field("sun_elevation_deg", light.sun_elevation_deg);
   if constexpr (Io::kReads) {
     if (light.sun_elevation_deg <= 0.0 || light.sun_elevation_deg > 90.0) {
-      io.fail("sun_elevation_deg", "'sun_elevation_deg': the sun is below the horizon; it must be above 0 and at most 90");
+      io.fail("sun_elevation_deg",
+              "'sun_elevation_deg': the sun is below the horizon; it must be above 0 and at most 90");
     }
   }
   bounded(io, "sun_azimuth_deg", light.sun_azimuth_deg, -360.0, 360.0);

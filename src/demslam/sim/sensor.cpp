@@ -39,7 +39,8 @@ void blur_pass(const std::vector<float>& from, std::vector<float>& to, int width
       float sum = 0.0F;
       for (int k = -radius; k <= radius; ++k) {
         const int moved = std::clamp((along_rows ? u : v) + k, 0, limit);
-        const std::size_t at = along_rows ? static_cast<std::size_t>(v) * width + moved : static_cast<std::size_t>(moved) * width + u;
+        const std::size_t at =
+            along_rows ? static_cast<std::size_t>(v) * width + moved : static_cast<std::size_t>(moved) * width + u;
         sum += kernel[k + radius] * from[at];
       }
       to[static_cast<std::size_t>(v) * width + u] = sum;
@@ -59,7 +60,8 @@ std::vector<float> blurred(const Rendering& rendering, double sigma_px) {
 /// Light (1 = white) to grey value.
 struct Electronics {
   explicit Electronics(const CameraOptions& camera)
-      : full_well(static_cast<float>(camera.full_well_e)), read_noise(static_cast<float>(camera.read_noise_e)),
+      : full_well(static_cast<float>(camera.full_well_e)),
+        read_noise(static_cast<float>(camera.read_noise_e)),
         inverse_gamma(static_cast<float>(1.0 / camera.gamma)) {}
 
   std::uint8_t grey(float light, std::uint64_t noise_word) const {
@@ -95,7 +97,8 @@ Image develop(const Rendering& rendering, const CameraOptions& camera, double ex
   tbb::parallel_for(0, rendering.height, [&](int v) {
     for (int u = 0; u < rendering.width; ++u) {
       const std::size_t i = static_cast<std::size_t>(v) * rendering.width + u;
-      image.pixels[i] = electronics.grey(static_cast<float>(exposure) * light[i], noise_key + i * 0x9e3779b97f4a7c15ULL);
+      image.pixels[i] =
+          electronics.grey(static_cast<float>(exposure) * light[i], noise_key + i * 0x9e3779b97f4a7c15ULL);
     }
   });
   return image;

@@ -23,8 +23,12 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 /// Everything a mission needs besides its output.
 struct Mission {
   explicit Mission(const SceneOptions& options)
-      : scene(options), terrain(options.terrain, options.seed), route(options.rover),
-        trajectory(drive(terrain, options.rover, route)), rig(stereo_rig(options.camera)), renderer(options, terrain, route) {}
+      : scene(options),
+        terrain(options.terrain, options.seed),
+        route(options.rover),
+        trajectory(drive(terrain, options.rover, route)),
+        rig(stereo_rig(options.camera)),
+        renderer(options, terrain, route) {}
 
   Pose T_map_left(const StampedPose& stamped) const { return stamped.pose * rig.T_body_left; }
   Rendering left(const StampedPose& stamped) {

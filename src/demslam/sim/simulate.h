@@ -16,13 +16,14 @@ struct SimulationReport {
   double exposure = 0.0;     ///< grey value per unit of I/F that was used
   double elapsed_s = 0.0;
   double render_ms_per_frame = 0.0;  ///< both cameras, depth and files included
-  bool stopped = false;      ///< asked to stop before the last frame; the same call goes on from there
+  bool stopped = false;              ///< asked to stop before the last frame; the same call goes on from there
 };
 
-/// Renders a mission into a `demslam` dataset: the LuSNAR layout (image0/color, image1/color, image0/depth, gt.txt) plus
-/// calibration.toml, start.toml, dem.tif (what the mission has) and scene.toml; truth/dem_truth.tif is for evaluation only.
-/// A folder of the same scene is resumed at the first incomplete frame; a folder of another scene is refused. Same scene,
-/// same bytes, on any number of threads. Throws Error: unwritable folder, full disk, route off the DEM or through a hole.
+/// Renders a mission into a `demslam` dataset: the LuSNAR layout (image0/color, image1/color, image0/depth, gt.txt)
+/// plus calibration.toml, start.toml, dem.tif (what the mission has) and scene.toml; truth/dem_truth.tif is for
+/// evaluation only. A folder of the same scene is resumed at the first incomplete frame; a folder of another scene is
+/// refused. Same scene, same bytes, on any number of threads. Throws Error: unwritable folder, full disk, route off the
+/// DEM or through a hole.
 SimulationReport simulate(const SceneOptions& scene, const std::filesystem::path& out, const Progress& progress = {});
 
 }  // namespace demslam

@@ -9,16 +9,16 @@ namespace demslam {
 namespace {
 
 // Base rasters hold noise down to four cells and craters down to eight; the fine relief goes on from there.
-constexpr double kLatticePerStep = 2.0;     // a grid of step c holds noise of lattice spacing 2 c and longer
+constexpr double kLatticePerStep = 2.0;  // a grid of step c holds noise of lattice spacing 2 c and longer
 
 DemRaster base_raster(const TerrainOptions& options, std::uint64_t seed) {
   return options.dem.empty() ? generate_base(options, seed) : read_dem(options.dem);
 }
 
-std::vector<Noise> albedo_octaves(std::uint64_t seed) {
+std::vector<Noise> albedo_octaves(double variation, std::uint64_t seed) {
   std::vector<Noise> octaves;
   for (const double wavelength : {0.07, 0.9, 13.0, 170.0}) {
-    octaves.push_back({Random::mix(seed + octaves.size()), wavelength, 0.04 / kNoiseRms});
+    octaves.push_back({Random::mix(seed + octaves.size()), wavelength, variation / kNoiseRms});
   }
   return octaves;
 }
@@ -26,8 +26,14 @@ std::vector<Noise> albedo_octaves(std::uint64_t seed) {
 }  // namespace
 
 Terrain::Terrain(const TerrainOptions& options, std::uint64_t seed)
-    : law_(relief_law(options)), seed_(Random::mix(seed)), base_(base_raster(options, seed_)),
-      fine_(fractal_octaves(law_, seed_, 0.0, 4.0 * base_.cell_m())), albedo_(albedo_octaves(Random::mix(seed_ + 3))),
+    : Terrain(options, seed, base_raster(options, Random::mix(seed))) {}
+
+Terrain::Terrain(const TerrainOptions& options, std::uint64_t seed, DemRaster base)
+    : law_(relief_law(options)),
+      seed_(Random::mix(seed)),
+      base_(std::move(base)),
+      fine_(fractal_octaves(law_, seed_, 0.0, 4.0 * base_.cell_m())),
+      albedo_(albedo_octaves(options.albedo_variation, Random::mix(seed_ + 3))),
       craters_{Random::mix(seed_ + 1), law_.crater_density, 0.25, 8.0 * base_.cell_m()} {}
 
 void Terrain::fill(Patch& patch) const {

@@ -11,17 +11,19 @@
 
 namespace demslam {
 
-/// The ground without its rocks: base surface + fractal relief + small craters. One truth for everybody: the rover rides
-/// height(), the renderer shows it, the DEM product averages it. Memory does not grow with the area looked at.
+/// The ground without its rocks: base surface + fractal relief + small craters. One truth for everybody: the rover
+/// rides height(), the renderer shows it, the DEM product averages it. Memory does not grow with the area looked at.
 class Terrain {
  public:
   /// Reads or generates the base. Throws Error when the DEM cannot be read.
   Terrain(const TerrainOptions& options, std::uint64_t seed);
+  /// With a base of the caller's own.
+  Terrain(const TerrainOptions& options, std::uint64_t seed, DemRaster base);
 
   static constexpr double kFinestStep = 0.02;  ///< metres; the finest grid that height() is made for
 
-  /// Heights at the patch's nodes, map z; detail that the patch's step cannot hold (wavelengths below two steps, craters below
-  /// three) is left out.
+  /// Heights at the patch's nodes, map z; detail that the patch's step cannot hold (wavelengths below two steps,
+  /// craters below three) is left out.
   void fill(Patch& patch) const;
   /// The full surface at a point.
   double height(double x_m, double y_m) const;
@@ -36,7 +38,7 @@ class Terrain {
   ReliefLaw law_;
   std::uint64_t seed_;
   BaseSurface base_;
-  std::vector<Noise> fine_;    ///< octaves below the base, shortest first
+  std::vector<Noise> fine_;  ///< octaves below the base, shortest first
   std::vector<Noise> albedo_;
   CraterField craters_;
 };
