@@ -4,15 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <ctime>
 #include <filesystem>
+#include <functional>
 #include <iostream>
-#include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
 
-#include "demslam/base/error.h"
-#include "demslam/base/time.h"
+#include "demslam/dataset/sequence.h"
 #include "demslam/features/frontend.h"
+#include "demslam/image/rectify.h"
 
 namespace fs = std::filesystem;
 using namespace demslam;
@@ -56,7 +57,8 @@ class OpenCvExtractor : public Extractor {
 
 struct Sequence {
   std::string name;
-  std::vector<fs::path> left, right;
+  std::size_t size;
+  std::function<StereoFrame(std::size_t index)> pair;
 };
 
 std::vector<fs::path> sorted_files(const fs::path& folder) {
@@ -65,6 +67,32 @@ std::vector<fs::path> sorted_files(const fs::path& folder) {
   std::sort(files.begin(), files.end());
   return files;
 }
+
+/// Two folders of images, as they are.
+Sequence folder_pairs(const std::string& name, const fs::path& left, const fs::path& right) {
+  const std::vector<fs::path> lefts = sorted_files(left), rights = sorted_files(right);
+  return {name, lefts.size(),
+          [=](std::size_t i) { return StereoFrame{0, read_image(lefts[i]), read_image(rights[i])}; }};
+}
+
+/// A calibrated dataset, rectified.
+Sequence rectified(const std::string& name, const fs::path& path) {
+  const std::shared_ptr<StereoSequence> dataset = open_dataset(path);
+  const auto rectifier = std::make_shared<Rectifier>(dataset->rig());
+  return {name, dataset->size(), [=](std::size_t i) {
+            const StereoFrame raw = dataset->frame(i);
+            return StereoFrame{raw.t_ns, rectifier->left(raw.left), rectifier->right(raw.right)};
+          }};
+}
+
+/// Processor time of all threads: readable on a busy machine, too.
+class CpuWatch {
+ public:
+  double elapsed_ms() const { return 1000.0 * static_cast<double>(std::clock() - start_) / CLOCKS_PER_SEC; }
+
+ private:
+  std::clock_t start_ = std::clock();
+};
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
@@ -101,11 +129,11 @@ int epipolar_inliers(const Features& a, const Features& b, const std::vector<Mat
 }
 
 void tally_pair(Tally& tally, Frontend& frontend, const Image& left, const Image& right, const Image& later) {
-  const Stopwatch extracting;
+  const CpuWatch extracting;
   const Features a = frontend.extractor->extract(left), b = frontend.extractor->extract(right);
   tally.extract_ms += extracting.elapsed_ms() / 2.0;
   const Features c = frontend.extractor->extract(later);
-  const Stopwatch matching;
+  const CpuWatch matching;
   const std::vector<Match> stereo = frontend.matcher->match(a, b), temporal = frontend.matcher->match(a, c);
   tally.match_ms += matching.elapsed_ms() / 2.0;
   tally.points += static_cast<double>(a.size());
@@ -118,10 +146,10 @@ constexpr std::size_t kPairs = 10;
 
 void print_row(const std::string& name, Frontend& frontend, const Sequence& sequence) {
   Tally tally;
-  const std::size_t step = (sequence.left.size() - 1) / kPairs;
+  const std::size_t step = (sequence.size - 1) / kPairs;
   for (std::size_t i = 0; i < kPairs; ++i) {
-    tally_pair(tally, frontend, read_image(sequence.left[i * step]), read_image(sequence.right[i * step]),
-               read_image(sequence.left[i * step + 1]));
+    const StereoFrame now = sequence.pair(i * step);
+    tally_pair(tally, frontend, now.left, now.right, sequence.pair(i * step + 1).left);
   }
   const double n = kPairs;
   std::cout << fmt::format("| {} | {} | {:.0f} | {:.0f} | {:.1f} | {:.2f} | {:.0f} | {:.1f} | {:.1f} | {:.1f} |\n",
@@ -148,14 +176,12 @@ std::vector<std::pair<std::string, Frontend>> frontends(const fs::path& models, 
 
 void run(const fs::path& shared, int points) {
   const fs::path data = shared / "data";
-  std::vector<Sequence> sequences;
-  sequences.push_back(
-      {"rover_sandbox", sorted_files(data / "rover_sandbox/left"), sorted_files(data / "rover_sandbox/right")});
-  sequences.push_back(
-      {"kitti_seq1", sorted_files(data / "kitti_seq1/image_l"), sorted_files(data / "kitti_seq1/image_r")});
+  const std::vector<Sequence> sequences{
+      folder_pairs("rover_sandbox", data / "rover_sandbox/left", data / "rover_sandbox/right"),
+      rectified("kitti_seq1", data / "kitti_seq1"), rectified("euroc_v101", data / "euroc_v101_short")};
   std::cout << "| images | front-end | points | stereo matches | on row, % | row sigma, px | temporal matches | "
                "epipolar, % | "
-               "extract, ms | match, ms |\n|---|---|---|---|---|---|---|---|---|---|\n";
+               "extract, CPU ms | match, CPU ms |\n|---|---|---|---|---|---|---|---|---|---|\n";
   auto all = frontends(shared / "models", points);
   for (const Sequence& sequence : sequences) {
     for (auto& [name, frontend] : all) print_row(name, frontend, sequence);
