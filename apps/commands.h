@@ -10,6 +10,7 @@ void add_simulate(CLI::App& app);
 void add_run(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_dem(CLI::App& app);
+void add_map(CLI::App& app);
 void add_report(CLI::App& app);
 void add_models(CLI::App& app);
 

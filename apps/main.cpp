@@ -51,6 +51,7 @@ int run(int argc, char** argv) {
   add_run(app);
   add_evaluate(app);
   add_dem(app);
+  add_map(app);
   add_report(app);
   add_models(app);
   CLI11_PARSE(app, argc, argv);

@@ -150,7 +150,6 @@ MapStore MapStore::create(const std::filesystem::path& file, const MapHeader& he
 }
 
 MapStore MapStore::open(const std::filesystem::path& file, const MapStoreOptions& options) {
-  if (!std::filesystem::exists(file)) throw Error(file.string() + ": no such map");
   return MapStore(std::make_unique<State>(WriterLock(file), file, OpenMode::write, options));
 }
 

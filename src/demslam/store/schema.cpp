@@ -55,13 +55,19 @@ void write_header(Database& database, const MapHeader& header) {
 
 void write_tables(const fs::path& file, const MapHeader& header) {
   Database database(file, OpenMode::create);
-  database.execute("PRAGMA journal_mode = MEMORY");  // nothing but the file itself to leave behind
-  database.execute(std::format("PRAGMA page_size = {}; PRAGMA application_id = {}; PRAGMA user_version = {}",
-                               kPageBytes, kApplication, kMapSchema));
+  database.execute(
+      std::format("PRAGMA page_size = {}; PRAGMA application_id = {}; PRAGMA user_version = {}; "
+                  "PRAGMA journal_mode = WAL",
+                  kPageBytes, kApplication, kMapSchema));
   Transaction transaction(database);
   database.execute(kTables);
   write_header(database, header);
   transaction.commit();
+}
+
+bool is_there(const fs::path& file) {
+  std::error_code unreadable;
+  return fs::exists(file, unreadable);
 }
 
 void check_identity(const fs::path& file, const Database& database) {
@@ -89,15 +95,17 @@ void check_small_tables(const fs::path& file, Database& database) {
 }  // namespace
 
 void create_map_file(const fs::path& file, const MapHeader& header) {
-  if (fs::exists(file)) throw Error(file.string() + ": exists already; resume it or choose another run folder");
+  if (is_there(file)) throw Error(file.string() + ": exists already; resume it or choose another run folder");
   const fs::path temporary = file.string() + ".new";
-  fs::remove(temporary);
+  std::error_code error;
+  fs::remove(temporary, error);
   write_tables(temporary, header);
-  fs::rename(temporary, file);
+  fs::rename(temporary, file, error);
+  if (error) throw Error(file.string() + ": cannot be made (" + error.message() + ")");
 }
 
 Database open_map_file(const fs::path& file, OpenMode mode) {
-  if (!fs::exists(file)) throw Error(file.string() + ": no such map");
+  if (!is_there(file)) throw Error(file.string() + ": no such map, or its folder may not be entered");
   Database database(file, mode);
   database.checkpoint_on_close(false);  // until the map has proved sound, nothing is written to it
   check_identity(file, database);

@@ -50,9 +50,9 @@ std::uint32_t big_endian(const unsigned char* bytes, int count) {
   return value;
 }
 
+/// Readers too may finish what a killed writer has begun; where they may not write, SQLite falls back to reading.
 int flags(OpenMode mode) {
-  if (mode == OpenMode::read) return SQLITE_OPEN_READONLY;
-  return SQLITE_OPEN_READWRITE | (mode == OpenMode::create ? SQLITE_OPEN_CREATE : 0);
+  return SQLITE_OPEN_EXRESCODE | SQLITE_OPEN_READWRITE | (mode == OpenMode::create ? SQLITE_OPEN_CREATE : 0);
 }
 
 sqlite3_file* file_of(sqlite3* database) {
@@ -140,12 +140,13 @@ void Database::Close::operator()(sqlite3* database) const { sqlite3_close_v2(dat
 
 Database::Database(const std::filesystem::path& file, OpenMode mode) {
   sqlite3* database = nullptr;
-  const int code = sqlite3_open_v2(file.c_str(), &database, flags(mode) | SQLITE_OPEN_EXRESCODE, nullptr);
+  const int code = sqlite3_open_v2(file.c_str(), &database, flags(mode), nullptr);
   database_.reset(database);
   if (code != SQLITE_OK) {
     throw Error(file.string() + ": " + advice(code) + " (SQLite: " + sqlite3_errstr(code) + ")");
   }
   check(database, sqlite3_busy_timeout(database, kBusyTimeoutMs));
+  if (mode == OpenMode::read) execute("PRAGMA query_only = ON");
 }
 
 std::optional<FileHeader> Database::header() const {
