@@ -70,6 +70,7 @@ cv::Mat camera_matrix(const IdealPair& ideal) {
 }
 
 cv::Mat distortion_coefficients(const Camera& camera) {
+  if (camera.distortion == Distortion::none) return cv::Mat::zeros(5, 1, CV_64F);
   const std::size_t count = camera.distortion == Distortion::equidistant ? 4 : 5;
   const std::vector<double> k(camera.coefficients.begin(), camera.coefficients.begin() + count);
   return cv::Mat(k, true);

@@ -11,10 +11,10 @@ struct Correspondence {
   StereoPixel a, b;
 };
 
-/// Standard deviations of a measurement (u, v, d).
+/// Standard deviations of (u, v, d) in both views. Where b was found by aligning a's patch, a's own pixel is exact by
+/// definition: all the error of the alignment is b's.
 struct StereoNoise {
-  double pixel_px = 0.7;
-  double disparity_px = 0.25;
+  Eigen::Vector3d a, b;
 };
 
 }  // namespace demslam

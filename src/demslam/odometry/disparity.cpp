@@ -25,25 +25,30 @@ float search_disparity(const RowSearch& to_right, const RowSearch& to_left, cons
 
 }  // namespace
 
-std::vector<float> find_disparities(const Image& left, const Image& right,
-                                    const std::vector<Eigen::Vector2f>& keypoints, const DisparityOptions& options) {
+Disparities find_disparities(const Image& left, const Image& right, const std::vector<Eigen::Vector2f>& keypoints,
+                             const DisparityOptions& options) {
   const Image left_gradient = gradient_image(left), right_gradient = gradient_image(right);
   const RowSearch to_right(left_gradient, right_gradient), to_left(right_gradient, left_gradient);
-  std::vector<float> disparities(keypoints.size(), 0.0F);
+  Disparities found;
+  found.disparity_px.assign(keypoints.size(), 0.0F);
+  found.slope.assign(keypoints.size(), Eigen::Vector2f::Zero());
   const auto find = [&](std::size_t i, std::vector<int>& costs) {
     // The row search works around whole pixels: its disparity may be off by half a pixel, which the alignment mends.
     const float coarse = search_disparity(to_right, to_left, keypoints[i], options, costs);
-    if (coarse <= 0.0F) return 0.0F;
+    if (coarse <= 0.0F) return;
     const auto fine = align_disparity(left, right, keypoints[i], coarse);
-    const bool good = fine && fine->correlation >= options.min_correlation &&
-                      fine->disparity_px >= options.min_disparity_px && fine->disparity_px <= options.max_disparity_px;
-    return good ? fine->disparity_px : 0.0F;
+    if (!fine || fine->correlation < options.min_correlation || fine->disparity_px < options.min_disparity_px ||
+        fine->disparity_px > options.max_disparity_px) {
+      return;
+    }
+    found.disparity_px[i] = fine->disparity_px;
+    found.slope[i] = fine->slope;
   };
   oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, keypoints.size(), 64), [&](const auto& range) {
     std::vector<int> costs;
-    for (std::size_t i = range.begin(); i != range.end(); ++i) disparities[i] = find(i, costs);
+    for (std::size_t i = range.begin(); i != range.end(); ++i) find(i, costs);
   });
-  return disparities;
+  return found;
 }
 
 }  // namespace demslam

@@ -17,10 +17,15 @@ struct DisparityOptions {
   double min_correlation = 0.8;  ///< of the refined patches
 };
 
+struct Disparities {
+  std::vector<float> disparity_px;     ///< 0 where there is none to trust
+  std::vector<Eigen::Vector2f> slope;  ///< d(disparity) / d(u, v) on the surface around the keypoint
+};
+
 /// Disparity of each left keypoint, found by correlation along the right image's row (the right image needs no
 /// features), checked back from right to left, then refined below the pixel by aligning the patches with shift, shear
-/// and brightness free (the ground in front of a rover is no fronto-parallel plane). 0 where there is none to trust.
-std::vector<float> find_disparities(const Image& left, const Image& right,
-                                    const std::vector<Eigen::Vector2f>& keypoints, const DisparityOptions& options);
+/// and brightness free (the ground in front of a rover is no fronto-parallel plane).
+Disparities find_disparities(const Image& left, const Image& right, const std::vector<Eigen::Vector2f>& keypoints,
+                             const DisparityOptions& options);
 
 }  // namespace demslam

@@ -41,7 +41,9 @@ StereoFeatures match_stereo(const RectifiedRig& rig, Features left_features, con
   search.min_disparity_px = std::max(search.min_disparity_px, rig.disparity_px(options.max_depth_m));
   search.max_disparity_px = std::min<double>(rig.width, rig.disparity_px(options.min_depth_m));
   StereoFeatures features;
-  features.disparity_px = find_disparities(left, right, left_features.keypoints, search);
+  Disparities found = find_disparities(left, right, left_features.keypoints, search);
+  features.disparity_px = std::move(found.disparity_px);
+  features.disparity_slope = std::move(found.slope);
   features.left = std::move(left_features);
   return features;
 }
@@ -61,7 +63,8 @@ Motion estimate_motion(const RectifiedRig& rig, const std::vector<Correspondence
                              .seed = options.seed};
   const std::optional<Pose> initial = find_pose(rig, correspondences, ransac, guess_T_a_b);
   if (!initial) return failed("inliers", matches, 0);
-  const StereoNoise noise{.pixel_px = options.pixel_sigma_px, .disparity_px = options.disparity_sigma_px};
+  const Eigen::Vector3d sigma(options.pixel_sigma_px, options.pixel_sigma_px, options.disparity_sigma_px);
+  const StereoNoise noise{.a = sigma, .b = sigma};
   const std::optional<RefinedPose> refined = refine_pose(rig, correspondences, noise, *initial);
   if (!refined) return failed("inliers", matches, 0);
   if (refined->inliers < options.min_inliers) return failed("inliers", matches, refined->inliers);

@@ -15,7 +15,8 @@ namespace demslam {
 /// What one rectified pair yields: left features and, where a right match was found, their disparity.
 struct StereoFeatures {
   Features left;
-  std::vector<float> disparity_px;  ///< per left keypoint; 0 where there is none
+  std::vector<float> disparity_px;               ///< per left keypoint; 0 where there is none
+  std::vector<Eigen::Vector2f> disparity_slope;  ///< d(disparity) / d(u, v) around the keypoint; empty when not known
 
   bool has_depth(std::size_t i) const { return disparity_px[i] > 0.0F; }
 };
@@ -27,6 +28,7 @@ struct MotionOptions {
   int min_inliers = 15;
   double pixel_sigma_px = 0.7;       ///< standard deviation of a keypoint coordinate, for weights and covariance
   double disparity_sigma_px = 0.25;  ///< standard deviation of a disparity; patches align better than keypoints repeat
+  double aligned_sigma_px = 0.2;     ///< standard deviation of a pixel found by aligning a patch of the other view
   std::uint64_t seed = 1;
 };
 

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "demslam/odometry/direct_match.h"
 #include "demslam/odometry/frame_check.h"
 
 namespace demslam {
@@ -13,12 +14,10 @@ namespace {
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr int kIslandFrames = 10;  // frames tracked after a loss until the keyframe from before it is given up
 
-using SharedFeatures = std::shared_ptr<const StereoFeatures>;
-
 struct Keyframe {
   std::size_t index = 0;
   TimestampNs t_ns = 0;
-  SharedFeatures features;
+  StereoView view;
   int most_inliers = 0;  ///< of any frame tracked against it
 };
 
@@ -26,13 +25,13 @@ struct Keyframe {
 struct View {
   std::size_t keyframe = 0;
   TimestampNs t_ns = 0;
-  SharedFeatures features;
+  StereoView view;
   Pose T_keyframe_left;
   Matrix6d covariance = Matrix6d::Zero();  ///< of its right perturbation
 };
 
 View view_of(const Keyframe& keyframe) {
-  return {.keyframe = keyframe.index, .t_ns = keyframe.t_ns, .features = keyframe.features};
+  return {.keyframe = keyframe.index, .t_ns = keyframe.t_ns, .view = keyframe.view};
 }
 
 /// Covariance of T_a_b * T_b_c from those of both.
@@ -64,8 +63,9 @@ struct StereoOdometry::State {
   FrameCheck frame_check;
 
   std::size_t keyframes = 0;
-  Keyframe keyframe;  // frames are tracked against it
-  View last;          // the last tracked frame: predictions start here
+  StereoView current;  // the frame in work
+  Keyframe keyframe;   // frames are tracked against it
+  View last;           // the last tracked frame: predictions start here
   Vector6d twist_per_s = Vector6d::Zero();
   struct Anchor {
     Keyframe keyframe;
@@ -95,7 +95,8 @@ void StereoOdometry::State::observe(const Image& left, const Image& right, Odome
   result.timings.stereo_ms = stereo.elapsed_ms();
   result.keypoints = static_cast<int>(observed->left.size());
   result.stereo_points = static_cast<int>(std::ranges::count_if(observed->disparity_px, [](float d) { return d > 0; }));
-  result.features = std::move(observed);
+  result.features = observed;
+  current = {.features = observed, .left = std::make_shared<Image>(left), .right = std::make_shared<Image>(right)};
 }
 
 /// Tries what the frame may still share a view with, the best reference first.
@@ -112,8 +113,9 @@ bool StereoOdometry::State::track(OdometryResult& result) {
 
 bool StereoOdometry::State::track_against(const View& view, OdometryResult& result) {
   const std::optional<Pose> guess = predict(view, result.t_ns);
-  const Motion motion = estimate_motion(rig, *view.features, *result.features, *frontend.matcher, options.motion,
-                                        guess ? &*guess : nullptr);
+  Motion motion = estimate_motion(rig, *view.view.features, *current.features, *frontend.matcher, options.motion,
+                                  guess ? &*guess : nullptr);
+  if (motion.ok) motion = refine_directly(rig, view.view, current, motion, options.motion);
   result.matches = motion.matches;
   result.inliers = motion.inliers;
   result.rms_px = motion.rms_px;
@@ -159,7 +161,7 @@ void StereoOdometry::State::accept(const OdometryResult& result) {
   twist_per_s = step.log() / to_seconds(result.t_ns - from.t_ns);
   last = {.keyframe = result.reference_keyframe,
           .t_ns = result.t_ns,
-          .features = result.features,
+          .view = current,
           .T_keyframe_left = result.T_reference_left,
           .covariance = result.covariance};
   keyframe.most_inliers = std::max(keyframe.most_inliers, result.inliers);
@@ -190,7 +192,7 @@ void StereoOdometry::State::add_keyframe(OdometryResult& result) {
   if (result.status == Tracking::bridged && !before_loss) before_loss = Anchor{keyframe, last};
   result.is_keyframe = true;
   result.keyframe = keyframes++;
-  keyframe = {.index = result.keyframe, .t_ns = result.t_ns, .features = result.features};
+  keyframe = {.index = result.keyframe, .t_ns = result.t_ns, .view = current};
   if (result.status != Tracking::bridged) last = view_of(keyframe);
 }
 
@@ -203,6 +205,7 @@ OdometryResult StereoOdometry::process(TimestampNs t_ns, const Image& left, cons
   State& state = *state_;
   OdometryResult result{.t_ns = t_ns, .features = std::make_shared<StereoFeatures>()};
   result.reason = state.frame_check.problem(left, right);
+  state.current = {.features = result.features};
   if (result.reason.empty()) state.observe(left, right, result);
   if (state.keyframes == 0) {
     state.add_keyframe(result);

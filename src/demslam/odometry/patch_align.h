@@ -21,12 +21,26 @@ inline float sample(const Image& image, float u, float v) {
 /// A disparity as the patch alignment sees it.
 struct AlignedDisparity {
   float disparity_px = 0.0F;
-  float correlation = 0.0F;  ///< normalised, of the aligned patches
+  Eigen::Vector2f slope = Eigen::Vector2f::Zero();  ///< d(disparity) / d(u, v): how the surface lies
+  float correlation = 0.0F;                         ///< normalised, of the aligned patches
 };
 
 /// Aligns the patch around `pixel` of the left image with the right image: Lucas-Kanade along the row with disparity
-/// d + d_u * du + d_v * dv, both patches with their mean taken off. None if it leaves the image or wanders off.
+/// d + d_u * du + d_v * dv, both patches with their mean and gain taken off. None if it leaves the image or wanders
+/// off.
 std::optional<AlignedDisparity> align_disparity(const Image& left, const Image& right, const Eigen::Vector2f& pixel,
                                                 float disparity_px);
+
+/// A pixel as the patch alignment sees it.
+struct AlignedPixel {
+  Eigen::Vector2f pixel;
+  float correlation = 0.0F;
+};
+
+/// Finds the patch around `pixel_a` of one image in another near `guess_b`: Lucas-Kanade (inverse compositional) in two
+/// dimensions, both patches with their mean and gain taken off. `A_b_a` maps offsets of a into offsets of b. None if it
+/// leaves either image or wanders off.
+std::optional<AlignedPixel> align_pixel(const Image& a, const Eigen::Vector2f& pixel_a, const Image& b,
+                                        const Eigen::Vector2f& guess_b, const Eigen::Matrix2f& A_b_a);
 
 }  // namespace demslam

@@ -4,6 +4,10 @@
 #include <cstdlib>
 #include <limits>
 
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
 namespace demslam {
 namespace {
 
@@ -12,15 +16,26 @@ constexpr int kLeftOf = kWidth / 2, kAbove = kHeight / 2;
 constexpr int kClip = 63;
 constexpr int kNeighbourhood = 2;  // shifts this near the best are the best itself
 
+/// Sum of absolute differences of two patches.
+#if defined(__SSE2__)
+int patch_cost(const std::uint8_t* a, const std::uint8_t* b, int stride) {
+  __m128i sum = _mm_setzero_si128();
+  for (int row = 0; row < kHeight; ++row, a += stride, b += stride) {
+    const __m128i row_a = _mm_loadu_si128(reinterpret_cast<const __m128i*>(a));
+    const __m128i row_b = _mm_loadu_si128(reinterpret_cast<const __m128i*>(b));
+    sum = _mm_add_epi64(sum, _mm_sad_epu8(row_a, row_b));
+  }
+  return _mm_cvtsi128_si32(sum) + _mm_extract_epi16(sum, 4);
+}
+#else
 int patch_cost(const std::uint8_t* a, const std::uint8_t* b, int stride) {
   int cost = 0;
   for (int row = 0; row < kHeight; ++row, a += stride, b += stride) {
-    int row_cost = 0;
-    for (int i = 0; i < kWidth; ++i) row_cost += std::abs(static_cast<int>(a[i]) - static_cast<int>(b[i]));
-    cost += row_cost;
+    for (int i = 0; i < kWidth; ++i) cost += std::abs(static_cast<int>(a[i]) - static_cast<int>(b[i]));
   }
   return cost;
 }
+#endif
 
 const std::uint8_t* patch_at(const Image& image, int u, int v) {
   return image.pixels.data() + static_cast<std::size_t>(v - kAbove) * image.width + (u - kLeftOf);
