@@ -1,7 +1,6 @@
 #include "demslam/features/learned.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "demslam/base/error.h"
 #include "demslam/features/xfeat.h"

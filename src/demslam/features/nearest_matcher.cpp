@@ -29,6 +29,7 @@ std::vector<Match> NearestMatcher::match(const Features& query, const Features& 
   std::vector<Match> matches;
   for (std::size_t q = 0; q < query.size(); ++q) {
     const BestTwo& candidate = best.of_query[q];
+    if (candidate.index < 0) continue;  // a descriptor that is no number resembles nothing
     const double distance = distance_of_unit_vectors(candidate.best);
     const bool distinct = train.size() == 1 || distance < ratio_ * distance_of_unit_vectors(candidate.second);
     if (!distinct || best.of_train[candidate.index] != static_cast<int>(q)) continue;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <limits>
 #include <set>
 
 #include "demslam/base/error.h"
@@ -73,6 +75,12 @@ TEST(NearestMatcher, MatchesNothingWithNothing) {
   const Features none, some = random_features(3, 64, 1);
   EXPECT_TRUE(NearestMatcher(0.9).match(none, some).empty());
   EXPECT_TRUE(NearestMatcher(0.9).match(some, none).empty());
+}
+
+TEST(NearestMatcher, MatchesNoDescriptorThatIsNoNumber) {
+  Features broken = random_features(1, 64, 1);
+  broken.descriptors.setConstant(std::numeric_limits<float>::quiet_NaN());
+  EXPECT_TRUE(NearestMatcher(0.9).match(broken, random_features(1, 64, 2)).empty());
 }
 
 TEST(NearestMatcher, RefusesDescriptorsOfDifferentWidth) {
