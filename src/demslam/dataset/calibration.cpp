@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "demslam/base/error.h"
+#include "demslam/dataset/calibration_import.h"
 #include "demslam/toml/toml.h"
 
 namespace demslam {
@@ -95,6 +96,7 @@ std::optional<double> read_frame_rate(TomlReader& toml) {
 Pose level_T_body_left() { return Pose(R_body_camera_level(), Eigen::Vector3d::Zero()); }
 
 Calibration read_calibration(const std::filesystem::path& file) {
+  if (file.extension() == ".yaml" || file.extension() == ".yml") return import_calibration(file);
   TomlReader toml = TomlReader::from_file(file);
   Calibration calibration;
   StereoRig& rig = calibration.rig;

@@ -21,7 +21,7 @@ struct Calibration {
 ///   [left]  width, height, fx, fy, cx, cy (px); distortion = "none" | "radtan" | "equidistant"; coefficients = [..]
 ///   [right] the same; may be left out when equal to [left]
 ///   [body]  T_body_left = [16 numbers], p_body_ground_m = [x, y, z]; default: body axes at the left camera's centre
-/// Throws Error with file and line.
+/// A .yaml file is one of Kalibr, ORB-SLAM3 or stella_vslam (calibration_import.h). Throws Error with file and line.
 Calibration read_calibration(const std::filesystem::path& file);
 StereoRig read_calibration_toml(const std::filesystem::path& file);
 std::string calibration_toml(const StereoRig& rig);

@@ -1,7 +1,9 @@
 // EuRoC (ASL) layout: mav0/cam{0,1}/{data,data.csv,sensor.yaml}; pairs by equal stamp; the body is that of T_BS.
+// TUM-VI has the same layout with a Kalibr camchain instead of the sensor.yaml; its body is the IMU.
 #include "demslam/base/error.h"
 #include "demslam/base/text.h"
 #include "demslam/dataset/calibration.h"
+#include "demslam/dataset/calibration_import.h"
 #include "demslam/dataset/readers.h"
 #include "demslam/dataset/yaml.h"
 
@@ -44,37 +46,36 @@ struct MountedCamera {
   Pose T_body_camera;
 };
 
-Distortion distortion_of(const Yaml& yaml) {
-  const std::string name = yaml.text();
-  if (name == "radial-tangential" || name == "radtan" || name == "plumb_bob") return Distortion::radtan;
-  if (name == "equidistant") return Distortion::equidistant;
-  if (name == "none") return Distortion::none;
-  yaml.fail("unknown distortion model '" + name + "'; known are radial-tangential, equidistant and none");
-}
-
 MountedCamera read_sensor(const fs::path& file) {
   const Yaml yaml = Yaml::from_file(file);
-  const std::vector<double> size = yaml["resolution"].numbers(), pinhole = yaml["intrinsics"].numbers();
-  const std::vector<double> coefficients = yaml["distortion_coefficients"].numbers();
-  if (size.size() != 2) yaml["resolution"].fail("'resolution' must be [width, height]");
-  if (pinhole.size() != 4) yaml["intrinsics"].fail("'intrinsics' must be [fu, fv, cu, cv]");
-  Camera camera{static_cast<int>(size[0]),
-                static_cast<int>(size[1]),
-                pinhole[0],
-                pinhole[1],
-                pinhole[2],
-                pinhole[3],
-                distortion_of(yaml["distortion_model"])};
-  if (coefficients.size() > camera.coefficients.size()) yaml["distortion_coefficients"].fail("too many coefficients");
-  std::copy(coefficients.begin(), coefficients.end(), camera.coefficients.begin());
-  return {camera, yaml["T_BS"].pose()};
+  return {read_listed_camera(yaml, "distortion_coefficients"), yaml["T_BS"].pose()};
 }
 
-StereoRig read_rig(const fs::path& left_file, const fs::path& right_file) {
+StereoRig rig_of_sensors(const fs::path& left_file, const fs::path& right_file) {
   const MountedCamera left = read_sensor(left_file), right = read_sensor(right_file);
   StereoRig rig{left.camera, right.camera, left.T_body_camera.inverse() * right.T_body_camera, left.T_body_camera};
   check_rig(rig, left_file.string());
   return rig;
+}
+
+/// The Kalibr file that TUM-VI has in place of the sensor.yaml.
+std::optional<fs::path> camchain_of(const fs::path& root) {
+  for (const char* name : {"dso/camchain.yaml", "camchain.yaml"}) {
+    if (fs::is_regular_file(root.parent_path() / name)) return root.parent_path() / name;
+  }
+  return std::nullopt;
+}
+
+void read_rig(const fs::path& root, const fs::path& given, ImageDataset& dataset) {
+  const fs::path left = root / "cam0" / "sensor.yaml", right = root / "cam1" / "sensor.yaml";
+  const auto camchain = camchain_of(root);
+  if (given.empty() && (fs::exists(left) || !camchain)) {
+    dataset.definition_files = {left, right};
+    dataset.rig = rig_of_sensors(left, right);
+  } else {
+    dataset.definition_files = {given.empty() ? *camchain : given};
+    dataset.rig = read_calibration(dataset.definition_files.front()).rig;
+  }
 }
 
 bool recognises(const fs::path& path) {
@@ -86,13 +87,7 @@ std::unique_ptr<StereoSequence> open(const fs::path& path, const fs::path& calib
   const fs::path left = root_of(path) / "cam0", right = root_of(path) / "cam1";
   ImageDataset dataset{.format = "euroc", .path = path};
   pair_by_stamp(dataset, read_index(left), read_index(right));
-  if (calibration.empty()) {
-    dataset.definition_files = {left / "sensor.yaml", right / "sensor.yaml"};
-    dataset.rig = read_rig(left / "sensor.yaml", right / "sensor.yaml");
-  } else {
-    dataset.definition_files = {calibration};
-    dataset.rig = read_calibration(calibration).rig;
-  }
+  read_rig(root_of(path), calibration, dataset);
   for (const fs::path& camera : {left, right}) dataset.definition_files.push_back(camera / "data.csv");
   return make_sequence(std::move(dataset));
 }

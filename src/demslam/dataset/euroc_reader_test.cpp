@@ -80,6 +80,23 @@ TEST_F(EurocReader, RefusesASensorFileThatCannotBeMeant) {
   EXPECT_THAT(open("a: [1, 2\nb: 3\n"), ThrowsMessage<Error>(HasSubstr("sensor.yaml:")));
 }
 
+TEST_F(EurocReader, TumViHasAKalibrFileInstead) {
+  write_camera("cam0", 0.1, {"1", "2"});
+  write_camera("cam1", 0.3, {"1", "2"});
+  for (const char* camera : {"cam0", "cam1"}) fs::remove(folder_.path() / "mav0" / camera / "sensor.yaml");
+  const std::string camera =
+      "  camera_model: pinhole\n  distortion_coeffs: [0.003, 0.0007, -0.002, 0.0002]\n  distortion_model: equidistant\n"
+      "  intrinsics: [4, 4, 3.5, 2.5]\n  resolution: [8, 6]\n";
+  folder_.text("dso/camchain.yaml",
+               "cam0:\n  T_cam_imu: [[1, 0, 0, -0.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n" + camera +
+                   "cam1:\n  T_cn_cnm1: [[1, 0, 0, -0.1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n" + camera);
+  const auto sequence = open_dataset(folder_.path());
+  EXPECT_EQ(sequence->size(), 2U);
+  EXPECT_EQ(sequence->rig().left.distortion, Distortion::equidistant);
+  EXPECT_NEAR(sequence->rig().T_left_right.translation().x(), 0.1, 1e-12);
+  EXPECT_NEAR(sequence->rig().T_body_left.translation().x(), 0.5, 1e-12);
+}
+
 TEST(EurocReaderOnRealData, OpensV101) {
   const fs::path data = fs::path(DEMSLAM_SHARED_DIR) / "data/euroc_v101_short";
   if (!fs::exists(data)) GTEST_SKIP() << data << " is not here";

@@ -72,7 +72,7 @@ std::string Yaml::text() const {
 std::vector<double> Yaml::numbers() const {
   std::vector<double> values;
   try {
-    append_numbers(node_->yaml, values);
+    append_numbers(has("data") ? node_->yaml["data"] : node_->yaml, values);
   } catch (const YAML::BadConversion&) {
     values = {std::nan("")};
   }
@@ -83,7 +83,6 @@ std::vector<double> Yaml::numbers() const {
 }
 
 Pose Yaml::pose() const {
-  if (has("data")) return (*this)["data"].pose();
   const std::vector<double> values = numbers();
   if (values.size() != 16) fail("a transform must have 16 numbers (4x4, row-major)");
   const Eigen::Matrix4d m = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());

@@ -23,9 +23,9 @@ class Yaml {
 
   double number() const;
   std::string text() const;
-  /// A flat list, or the rows of a nested one in sequence.
+  /// A flat list, the rows of a nested one in sequence, or the list under `data` of an OpenCV matrix.
   std::vector<double> numbers() const;
-  /// A 4x4 matrix: 16 numbers flat, in rows, or under `data`. Refused when it is no rigid transform.
+  /// A 4x4 matrix as numbers() reads it. Refused when it is no rigid transform.
   Pose pose() const;
 
   [[noreturn]] void fail(const std::string& message) const;
