@@ -1,5 +1,6 @@
 #include "demslam/store/map_export.h"
 
+#include <algorithm>
 #include <format>
 #include <fstream>
 
@@ -33,19 +34,18 @@ class Output {
 std::string pose_text(const Pose& pose, char separator) {
   const auto& p = pose.translation();
   const auto& q = pose.rotation();
-  const std::string text = std::format("{:.9f} {:.9f} {:.9f} {:.12f} {:.12f} {:.12f} {:.12f}", p.x(), p.y(), p.z(),
-                                       q.x(), q.y(), q.z(), q.w());
-  std::string separated = text;
-  for (char& c : separated) c = c == ' ' ? separator : c;
-  return separated;
+  std::string text = std::format("{:.9f} {:.9f} {:.9f} {:.12f} {:.12f} {:.12f} {:.12f}", p.x(), p.y(), p.z(), q.x(),
+                                 q.y(), q.z(), q.w());
+  std::ranges::replace(text, ' ', separator);
+  return text;
 }
 
 fs::path export_keyframes(const MapStore& store, const fs::path& folder) {
   Output output(folder / "keyframes.tum");
   output.write("# timestamp_s tx ty tz qx qy qz qw   (T_map_body)\n");
-  const auto keyframes = store.keyframes();
   for (const StoredEstimate& estimate : store.estimates()) {
-    output.write(seconds_text(keyframes.at(estimate.keyframe).t_ns) + " " + pose_text(estimate.T_map_body, ' ') + "\n");
+    output.write(seconds_text(store.keyframe(estimate.keyframe).t_ns) + " " + pose_text(estimate.T_map_body, ' ') +
+                 "\n");
   }
   return output.finish();
 }
