@@ -1,0 +1,190 @@
+#include "demslam/odometry/odometry.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "demslam/odometry/synthetic_scene.h"
+
+namespace demslam {
+namespace {
+
+using testing_scene::render_pair;
+using testing_scene::RenderedPair;
+using testing_scene::T_world_left;
+using testing_scene::test_rig;
+
+constexpr TimestampNs kStepNs = 100'000'000;
+
+/// A drive over the plane at 0.6 m/s, in a bend.
+Pose truth(int frame) {
+  const double heading = 0.01 * frame;
+  return T_world_left(3.0 * (1.0 - std::cos(heading)), 6.0 * std::sin(heading), heading);
+}
+
+RenderedPair frame_of(int frame) { return render_pair(test_rig(), truth(frame), 100 + frame); }
+
+FrontendOptions few_features() {
+  FrontendOptions options;
+  options.max_features = 500;
+  return options;
+}
+
+/// Runs frames through an odometry and places every result in the first frame.
+class Drive {
+ public:
+  explicit Drive(OdometryOptions options = {}) : odometry_(test_rig(), make_frontend(few_features()), options) {}
+
+  const OdometryResult& feed(int frame, const RenderedPair& pair) {
+    results_.push_back(odometry_.process(frame * kStepNs, pair.left, pair.right));
+    const OdometryResult& result = results_.back();
+    const Pose T_first_left =
+        keyframes_.empty() ? Pose() : keyframes_.at(result.reference_keyframe) * result.T_reference_left;
+    if (result.is_keyframe) keyframes_.push_back(T_first_left);
+    poses_.push_back(T_first_left);
+    frames_.push_back(frame);
+    return result;
+  }
+  const OdometryResult& feed(int frame) { return feed(frame, frame_of(frame)); }
+
+  /// Of the last frame, metres.
+  double position_error() const {
+    const Pose T_first_last = truth(frames_.front()).inverse() * truth(frames_.back());
+    return (T_first_last.translation() - poses_.back().translation()).norm();
+  }
+  const std::vector<OdometryResult>& results() const { return results_; }
+  const std::vector<Pose>& poses() const { return poses_; }
+
+ private:
+  StereoOdometry odometry_;
+  std::vector<OdometryResult> results_;
+  std::vector<Pose> keyframes_, poses_;
+  std::vector<int> frames_;
+};
+
+double sigma_m(const OdometryResult& result) { return std::sqrt(result.covariance.diagonal().tail<3>().sum()); }
+
+TEST(StereoOdometry, FollowsABendToHalfAPerCent) {
+  OdometryOptions options;
+  options.keyframe_max_distance_m = 0.3;
+  Drive drive(options);
+  for (int i = 0; i < 25; ++i) drive.feed(i);
+  EXPECT_EQ(drive.results().front().status, Tracking::initialised);
+  EXPECT_TRUE(drive.results().front().is_keyframe);
+  int keyframes = 0;
+  for (const OdometryResult& result : drive.results()) {
+    EXPECT_NE(result.status, Tracking::bridged) << result.reason;
+    keyframes += result.is_keyframe ? 1 : 0;
+  }
+  EXPECT_GE(keyframes, 4);
+  EXPECT_LT(keyframes, 12);
+  EXPECT_LT(drive.position_error(), 0.005 * 1.5);
+}
+
+TEST(StereoOdometry, ErrorsFitTheClaimedCovariance) {
+  Drive drive;
+  for (int i = 0; i < 8; ++i) drive.feed(i);
+  for (int i = 1; i < 8; ++i) {
+    const Vector6d error = ((truth(0).inverse() * truth(i)).inverse() * drive.poses()[i]).log();
+    const Matrix6d& covariance = drive.results()[i].covariance;
+    EXPECT_LT(error.dot(covariance.ldlt().solve(error)), 40.0) << i;  // six degrees of freedom
+    EXPECT_LT(sigma_m(drive.results()[i]), 0.01);
+  }
+}
+
+TEST(StereoOdometry, SameInputGivesTheSameBytes) {
+  Drive once, again;
+  for (int i = 0; i < 5; ++i) {
+    const OdometryResult& a = once.feed(i);
+    const OdometryResult& b = again.feed(i);
+    EXPECT_EQ(a.T_reference_left.matrix(), b.T_reference_left.matrix());
+    EXPECT_EQ(a.covariance, b.covariance);
+    EXPECT_EQ(a.inliers, b.inliers);
+  }
+}
+
+TEST(StereoOdometry, BridgesDarkFramesAndComesBackToItsKeyframe) {
+  Drive drive;
+  for (int i = 0; i < 5; ++i) drive.feed(i);
+  const RenderedPair dark{Image(320, 240, 3), Image(320, 240, 3)};
+  double last_sigma = sigma_m(drive.results().back());
+  for (int i = 5; i < 8; ++i) {
+    const OdometryResult& result = drive.feed(i, dark);
+    EXPECT_EQ(result.status, Tracking::bridged);
+    EXPECT_EQ(result.reason, "dark frame");
+    EXPECT_FALSE(result.is_keyframe);
+    EXPECT_LT(drive.position_error(), 0.03);  // constant velocity in a gentle bend
+    EXPECT_GT(sigma_m(result), last_sigma + 0.04);
+    last_sigma = sigma_m(result);
+  }
+  const OdometryResult& back = drive.feed(8);
+  EXPECT_EQ(back.status, Tracking::tracked);
+  EXPECT_EQ(back.reference_keyframe, 0U);
+  EXPECT_LT(drive.position_error(), 0.005);
+}
+
+TEST(StereoOdometry, NamesWhatIsWrongWithAFrame) {
+  Drive drive;
+  drive.feed(0);
+  const RenderedPair frame = frame_of(1);
+  drive.feed(1, frame);
+  EXPECT_EQ(drive.feed(2, frame).reason, "frozen frame");
+  EXPECT_EQ(drive.feed(3, {Image(320, 240, 255), Image(320, 240, 255)}).reason, "saturated frame");
+  EXPECT_EQ(drive.feed(4, {Image(), Image()}).reason, "empty frame");
+  EXPECT_EQ(drive.feed(5, {Image(32, 24, 90), Image(32, 24, 90)}).reason, "frame of another size");
+  for (const OdometryResult& result : drive.results()) ASSERT_TRUE(result.features);
+  EXPECT_EQ(drive.feed(6).status, Tracking::tracked);
+}
+
+TEST(StereoOdometry, RefusesAJump) {
+  OdometryOptions options;
+  options.max_speed_m_per_s = 1.0;
+  Drive drive(options);
+  for (int i = 0; i < 3; ++i) drive.feed(i);
+  const OdometryResult& jump = drive.feed(3, frame_of(9));  // 0.36 m in 0.1 s
+  EXPECT_EQ(jump.status, Tracking::bridged);
+  EXPECT_EQ(jump.reason, "jump");
+}
+
+TEST(StereoOdometry, ReturnsToTheOldKeyframeAfterAStrayFrame) {
+  Drive drive;
+  for (int i = 0; i < 4; ++i) drive.feed(i);
+  const OdometryResult& stray = drive.feed(4, render_pair(test_rig(), T_world_left(70.0, 40.0, 1.0), 7));
+  EXPECT_EQ(stray.status, Tracking::bridged);
+  EXPECT_TRUE(stray.is_keyframe);
+  const OdometryResult& back = drive.feed(5);
+  EXPECT_EQ(back.status, Tracking::tracked);
+  EXPECT_EQ(back.reference_keyframe, 0U);
+  EXPECT_LT(drive.position_error(), 0.005);
+}
+
+TEST(StereoOdometry, GoesOnFromANewKeyframeWhereTheOldOneIsOutOfSight) {
+  Drive drive;
+  for (int i = 0; i < 3; ++i) drive.feed(i);
+  const auto far_away = [](int i) { return render_pair(test_rig(), T_world_left(70.0, 40.0 + 0.06 * i, 1.0), 7 + i); };
+  EXPECT_EQ(drive.feed(3, far_away(3)).status, Tracking::bridged);
+  for (int i = 4; i < 7; ++i) {
+    const OdometryResult& result = drive.feed(i, far_away(i));
+    EXPECT_EQ(result.status, Tracking::tracked) << result.reason;
+    EXPECT_EQ(result.reference_keyframe, 1U);
+  }
+}
+
+TEST(StereoOdometry, StartsEvenOnABadFrame) {
+  Drive drive;
+  const OdometryResult& first = drive.feed(0, {Image(320, 240, 0), Image(320, 240, 0)});
+  EXPECT_TRUE(first.is_keyframe);
+  EXPECT_EQ(first.reason, "dark frame");
+  EXPECT_TRUE(drive.feed(1).is_keyframe);
+  EXPECT_EQ(drive.feed(2).status, Tracking::tracked);
+}
+
+TEST(EstimateMotion, SaysWhyItFailed) {
+  const Motion none = estimate_motion(test_rig(), std::vector<Correspondence>{}, {});
+  EXPECT_FALSE(none.ok);
+  EXPECT_EQ(none.reason, "too few matches (0)");
+}
+
+}  // namespace
+}  // namespace demslam
