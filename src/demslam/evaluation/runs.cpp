@@ -8,6 +8,7 @@
 
 #include "demslam/base/error.h"
 #include "demslam/base/text.h"
+#include "demslam/evaluation/lusnar_truth.h"
 
 namespace demslam {
 namespace {
@@ -81,6 +82,12 @@ std::optional<Nees> nees_of(const fs::path& run, const TrajectoryFile& estimate,
 
 }  // namespace
 
+TrajectoryFile read_truth(const fs::path& file) {
+  TrajectoryFile truth = read_trajectory(file);
+  if (is_lusnar_truth(file)) truth.poses = lusnar_T_map_body(truth.poses);
+  return truth;
+}
+
 bool is_run_folder(const fs::path& path) { return fs::is_regular_file(path / "trajectory.tum"); }
 
 std::optional<fs::path> find_truth(const fs::path& dataset_or_run) {
@@ -120,7 +127,7 @@ std::vector<StampedCovariance> read_covariances(const fs::path& run) {
 Evaluation evaluate_run(const fs::path& run_or_trajectory, const std::optional<fs::path>& truth,
                         EvaluationOptions options) {
   const bool is_run = fs::is_directory(run_or_trajectory);
-  const TrajectoryFile true_poses = read_trajectory(truth_file(run_or_trajectory, truth));
+  const TrajectoryFile true_poses = read_truth(truth_file(run_or_trajectory, truth));
   const TrajectoryFile estimate = read_trajectory(is_run ? run_or_trajectory / "trajectory.tum" : run_or_trajectory);
   options.association.by_index = pairs_by_index(true_poses, estimate);
   if (is_run && options.frame_stamps.empty()) options.frame_stamps = frame_stamps(run_or_trajectory);

@@ -16,6 +16,9 @@ namespace demslam {
 /// ground_truth_tum.txt (EuRoC, TUM-VI). Nothing when there is none.
 std::optional<std::filesystem::path> find_truth(const std::filesystem::path& dataset_or_run);
 
+/// Reads a truth as poses of our body in the map: read_trajectory(), and LuSNAR's own axes turned into ours.
+TrajectoryFile read_truth(const std::filesystem::path& file);
+
 /// Is this a run folder, rather than a trajectory file?
 bool is_run_folder(const std::filesystem::path& path);
 
