@@ -67,7 +67,7 @@ void add_rpe_options(CLI::App& command, Arguments& arguments) {
       {"f", DeltaUnit::frames}, {"m", DeltaUnit::metres}, {"s", DeltaUnit::seconds}};
   command.add_option("--delta", arguments.options.rpe.delta, "RPE over this much");
   command.add_option("--delta-unit", arguments.options.rpe.unit, "f (frames), m (metres) or s (seconds)")
-      ->transform(CLI::CheckedTransformer(units));
+      ->transform(CLI::CheckedTransformer(units).description("UNIT"));
   command.add_flag("--all-pairs", arguments.all_pairs, "RPE from every pose, not only consecutive pairs");
 }
 
@@ -81,7 +81,7 @@ void add_evaluate(CLI::App& app) {
   command->add_option("runs", arguments->runs, "run folders or trajectory files (TUM, KITTI, EuRoC, LuSNAR)")->required();
   command->add_option("--truth", arguments->truth, "true trajectory; default: the one of the run's dataset");
   command->add_option("--align", arguments->options.alignment, "none, first-pose, se3 or sim3")
-      ->transform(CLI::CheckedTransformer(alignments));
+      ->transform(CLI::CheckedTransformer(alignments).description("NAME"));
   command->add_option("--max-difference-s", arguments->options.association.max_difference_s, "stamps further apart do not pair");
   add_rpe_options(*command, *arguments);
   command->add_option("--json", arguments->json, "one object per run (one run: the object itself)");

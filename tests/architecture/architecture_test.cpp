@@ -69,6 +69,9 @@ bool may_include(const std::string& from, const std::string& to) {
   return kFloor.at(to) < kFloor.at(from);
 }
 
+/// A module's own headers, in its folder internal/: not installed, seen by no other module.
+bool is_internal(const std::string& path) { return path.find("/internal/") != std::string::npos; }
+
 bool is_test(const std::string& file) { return file.find("_test.cpp") != std::string::npos; }
 
 TEST(Architecture, EveryFolderHasAFloor) {
@@ -104,10 +107,20 @@ TEST(Architecture, LibrariesStayBehindTheirDoors) {
 TEST(Architecture, HeadersOfTheLowerFloorsShowOnlyEigenAndStd) {
   for (const Include& include : includes()) {
     const bool header = include.file.size() > 2 && include.file.substr(include.file.size() - 2) == ".h";
-    if (!header || kFloor.at(include.module) > 3) continue;
+    if (!header || is_internal(include.file) || kFloor.at(include.module) > 3) continue;
     if (!module_of(include.header).empty() || include.header.rfind("Eigen/", 0) == 0) continue;
     EXPECT_EQ(include.header.find_first_of("./"), std::string::npos) << include.file << " shows " << include.header;
   }
+}
+
+TEST(Architecture, InternalHeadersStayInTheirModule) {
+  int checked = 0;
+  for (const Include& include : includes()) {
+    if (!is_internal(include.header)) continue;
+    EXPECT_EQ(include.module, module_of(include.header)) << include.file << " includes " << include.header;
+    ++checked;
+  }
+  EXPECT_GT(checked, 0);
 }
 
 TEST(Architecture, OnlyEvaluationReadsGroundTruth) {

@@ -5,13 +5,14 @@
 #include <utility>
 
 #include "demslam/dem/dem.h"
-#include "demslam/dem/gdal_support.h"
+#include "demslam/dem/internal/gdal_support.h"
 
 namespace demslam {
 namespace {
 
 constexpr float kNoData = -99999.0F;
-constexpr const char* kOriginItem = "DEMSLAM_MAP_ORIGIN";  // "easting northing height": the map frame travels with the file
+constexpr const char* kOriginItem =
+    "DEMSLAM_MAP_ORIGIN";  // "easting northing height": the map frame travels with the file
 
 using GeoTransform = double[6];  // GDAL's: x = g[0] + col g[1] + row g[2], y = g[3] + col g[4] + row g[5], cell corners
 

@@ -1,6 +1,6 @@
 #include "demslam/dem/local_frame.h"
 
-#include "demslam/dem/gdal_support.h"
+#include "demslam/dem/internal/gdal_support.h"
 
 namespace demslam {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "demslam/dem/gdal_support.h"
+#include "demslam/dem/internal/gdal_support.h"
 
 namespace demslam {
 namespace {
