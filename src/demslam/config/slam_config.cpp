@@ -58,15 +58,44 @@ void loop_fields(Io& io, O& o) {
 }
 
 template <class Io, class O>
+void patch_fields(Io& io, O& o) {
+  io.field("length_m", o.length_m);
+  io.field("cell_m", o.cell_m);
+  io.field("min_points", o.min_points);
+  io.field("gate_m", o.gate_m);
+  io.field("gate_sigmas", o.gate_sigmas);
+  io.field("sigma_relief_m", o.sigma_relief_m);
+  io.field("min_cells", o.min_cells);
+}
+
+template <class Io, class O>
+void patch_factor_fields(Io& io, O& o) {
+  io.field("information_scale", o.information_scale);
+  io.field("soft_sigmas", o.soft_sigmas);
+  io.field("kernel_sigmas", o.kernel_sigmas);
+}
+
+template <class Io, class O>
+void landmark_fields(Io& io, O& o) {
+  io.field("min_depth_m", o.min_depth_m);
+  io.field("max_depth_m", o.max_depth_m);
+}
+
+template <class Io, class O>
 void anchoring_fields(Io& io, O& o) {
+  io.field("height", o.height);
   io.field("spacing_m", o.spacing_m);
   io.field("sigma_dem_m", o.sigma_dem_m);
+  io.field("dem_correlation_m", o.dem_correlation_m);
   io.field("sigma_contact_m", o.sigma_contact_m);
   io.field("normal", o.normal);
   io.field("sigma_normal_deg", o.sigma_normal_deg);
   io.field("kernel_sigmas", o.kernel_sigmas);
   io.field("full_gradient", o.full_gradient);
   io.field("max_tilt_deg", o.max_tilt_deg);
+  io.field("patches", o.patches);
+  io.section("patch", [&](Io& section) { patch_fields(section, o.patch); });
+  io.section("patch_factor", [&](Io& section) { patch_factor_fields(section, o.patch_factor); });
 }
 
 template <class Io, class O>
@@ -96,6 +125,7 @@ void slam_fields(Io& io, O& o) {
   io.section("graph", [&](Io& section) { graph_fields(section, o.graph); });
   io.section("loops", [&](Io& section) { loop_fields(section, o.loops); });
   io.section("anchoring", [&](Io& section) { anchoring_fields(section, o.anchoring); });
+  io.section("landmarks", [&](Io& section) { landmark_fields(section, o.landmarks); });
 }
 
 void check(const SlamOptions& o, const TomlReader& reader) {
