@@ -5,6 +5,7 @@
 #include "demslam/graph/loop_closure.h"
 #include "demslam/graph/pose_graph.h"
 #include "demslam/odometry/odometry.h"
+#include "demslam/slam/landmarks.h"
 
 namespace demslam {
 
@@ -15,6 +16,7 @@ struct SlamOptions {
   PoseGraphOptions graph;
   LoopOptions loops;
   AnchoringOptions anchoring;
+  LandmarkOptions landmarks;  ///< for terrain patches
 
   bool use_loops = true;           ///< false: --no-loops
   bool use_dem = true;             ///< false: --no-dem; without a DEM nothing changes

@@ -105,7 +105,10 @@ Json counters_json(const SlamCounters& counters) {
            {{"height", counters.anchoring.height},
             {"normal", counters.anchoring.normal},
             {"skipped_outside", counters.anchoring.skipped_outside},
-            {"skipped_tilt", counters.anchoring.skipped_tilt}}}};
+            {"skipped_tilt", counters.anchoring.skipped_tilt},
+            {"patches", counters.anchoring.patches},
+            {"patch_cells", counters.anchoring.patch_cells},
+            {"skipped_patches", counters.anchoring.skipped_patches}}}};
 }
 
 Json inputs_json(const RunInputs& inputs, const StereoSequence& sequence, const std::optional<fs::path>& dem) {

@@ -56,7 +56,7 @@ struct Slam::State {
         start(prior),
         graph(o.graph),
         loops(o.loops, rig.T_body_left, verifier()) {
-    if (dem) anchor.emplace(dem, o.anchoring, rig.p_body_ground);
+    if (dem) anchor.emplace(dem, o.anchoring, rig.p_body_ground, rig.T_body_left);
   }
 
   LoopVerifier verifier() {
@@ -85,6 +85,15 @@ struct Slam::State {
     graph.add_keyframe(graph.T_map_body(odometry_ij.i) * graph.corrected_odometry(odometry_ij));
     graph.add_odometry(odometry_ij);
     keyframes.push_back({result.t_ns, keyframes[odometry_ij.i].T_map_body_odometry * odometry_ij.T_i_j, result.features});
+  }
+
+  void anchor_keyframe(const OdometryResult& result) {
+    if (!anchor) return;
+    if (options.anchoring.patches) {
+      anchor->add_landmarks(ground_landmarks(result.keyframe, odometry.rig(), *result.features, options.odometry.motion,
+                                             options.landmarks));
+    }
+    anchor->update(graph);
   }
 
   void track(const OdometryResult& result) {
@@ -144,7 +153,7 @@ FrameRecord Slam::process(TimestampNs t_ns, const Image& left, const Image& righ
   record.odometry = s.odometry.process(t_ns, left, right);
   if (record.odometry.is_keyframe) {
     record.odometry.keyframe == 0 ? s.add_first_keyframe(record.odometry) : s.add_keyframe(record.odometry);
-    if (s.anchor) s.anchor->update(s.graph);
+    s.anchor_keyframe(record.odometry);
     const Stopwatch loop;
     if (s.options.use_loops) record.loop = s.close_loops();
     record.loop_ms = loop.elapsed_ms();
