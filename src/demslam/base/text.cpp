@@ -124,6 +124,14 @@ std::string read_text(const std::filesystem::path& file) {
   return text.str();
 }
 
+void write_text(const std::filesystem::path& file, std::string_view text) {
+  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+  stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+  stream.close();
+  if (!stream)
+    throw Error(file.string() + ": cannot be written; check the folder, its permissions and the disk's space");
+}
+
 std::optional<TimestampNs> seconds_to_ns(std::string_view decimal_seconds) {
   auto decimal = parse_decimal(decimal_seconds);
   if (!decimal) return std::nullopt;

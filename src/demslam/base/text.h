@@ -36,6 +36,9 @@ TextTable parse_table(std::string_view text, const std::string& source);
 /// Reads a whole file. Throws Error when it cannot be read.
 std::string read_text(const std::filesystem::path& file);
 
+/// Writes a whole file. Throws Error when the folder is missing or not writable or the disk is full.
+void write_text(const std::filesystem::path& file, std::string_view text);
+
 /// Decimal seconds ("1403715529.112143517", "1.403715529112143517e+09") as nanoseconds, without a detour through
 /// floating point; digits beyond the ninth decimal are rounded. Nothing when the text is no number or does not fit.
 std::optional<TimestampNs> seconds_to_ns(std::string_view decimal_seconds);

@@ -62,5 +62,11 @@ TEST(Text, AMissingFileIsAnErrorThatNamesIt) {
   EXPECT_THAT([] { read_text("/nowhere/at.all"); }, ThrowsMessage<Error>(HasSubstr("/nowhere/at.all")));
 }
 
+TEST(Text, AFileThatCannotBeWrittenIsNamed) {
+  EXPECT_THAT([] { write_text("/nowhere/at.all", "x"); },
+              ThrowsMessage<Error>(HasSubstr("/nowhere/at.all: cannot be written")));
+  EXPECT_THAT([] { write_text("/dev/full", "x"); }, ThrowsMessage<Error>(HasSubstr("/dev/full: cannot be written")));
+}
+
 }  // namespace
 }  // namespace demslam
