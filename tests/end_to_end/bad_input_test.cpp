@@ -2,6 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <regex>
+
+#include "demslam/image/image.h"
 #include "program.h"
 
 namespace demslam {
@@ -61,8 +65,16 @@ TEST_F(BadInput, ATruncatedImageIsNamedAndWhatWasDoneIsKept) {
 }
 
 TEST_F(BadInput, ImagesOfAnotherSizeThanTheCalibrationAreRefused) {
-  replace_in(dataset_ / "calibration.toml", "width = ", "width = 640");
+  std::string text = read_text(dataset_ / "calibration.toml");
+  text = std::regex_replace(text, std::regex("width = [0-9]+"), "width = 640");
+  write_text(dataset_ / "calibration.toml", text);
   expect_error(run(), "640");
+}
+
+TEST_F(BadInput, ARightImageOfAnotherSizeThanTheLeftOneIsNamed) {
+  const fs::path victim = image("image1", 2);
+  write_image(victim, Image(100, 80));
+  expect_error(run(), victim.filename().string());
 }
 
 TEST_F(BadInput, AZeroBaselineIsRefused) {
