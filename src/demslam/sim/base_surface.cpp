@@ -6,7 +6,6 @@
 
 #include "demslam/base/error.h"
 #include "demslam/base/random.h"
-#include "demslam/sim/craters.h"
 
 namespace demslam {
 namespace {
@@ -165,6 +164,10 @@ ReliefLaw relief_law(const TerrainOptions& terrain) {
   return law;
 }
 
+CraterField base_craters(const ReliefLaw& law, std::uint64_t seed, double cell_m) {
+  return {Random::mix(seed + 2), law.crater_density, 8.0 * cell_m, law.largest_crater_m};
+}
+
 DemRaster generate_base(const TerrainOptions& terrain, std::uint64_t seed) {
   constexpr int kMaxCells = 2048;
   DemRaster raster;
@@ -175,8 +178,7 @@ DemRaster generate_base(const TerrainOptions& terrain, std::uint64_t seed) {
   Patch patch(raster.centre(0, 0).x(), raster.centre(raster.rows - 1, 0).y(), raster.cell_m, raster.cols, raster.rows);
   const ReliefLaw law = relief_law(terrain);
   for (const Noise& octave : fractal_octaves(law, seed, 4.0 * raster.cell_m, law.outer_scale_m)) octave.add_to(patch);
-  const CraterField craters{Random::mix(seed + 2), law.crater_density, 8.0 * raster.cell_m, law.largest_crater_m};
-  craters.add_to(patch, raster.cell_m);
+  base_craters(law, seed, raster.cell_m).add_to(patch, raster.cell_m);
   raster.heights.resize(patch.values.size());
   for (int row = 0; row < raster.rows; ++row) {
     const double* from = patch.row(raster.rows - 1 - row);

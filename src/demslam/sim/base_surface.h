@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "demslam/dem/dem.h"
+#include "demslam/sim/craters.h"
 #include "demslam/sim/noise.h"
 #include "demslam/sim/patch.h"
 #include "demslam/sim/scene.h"
@@ -45,6 +46,9 @@ struct ReliefLaw {
   double amplitude_m(double wavelength_m) const;
 };
 ReliefLaw relief_law(const TerrainOptions& terrain);
+
+/// The craters of a generated base of a cell size: those that its cells can hold.
+CraterField base_craters(const ReliefLaw& law, std::uint64_t seed, double cell_m);
 
 /// A generated base: octaves of noise and large craters of the law, centred on the map's origin.
 DemRaster generate_base(const TerrainOptions& terrain, std::uint64_t seed);

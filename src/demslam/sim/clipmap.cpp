@@ -61,20 +61,22 @@ bool Clipmap::move_origin(const Eigen::Vector2d& position) {
 }
 
 bool Clipmap::centre_on(const Eigen::Vector2d& position) {
-  bool changed = move_origin(position);
-  const bool everything = changed;
+  const bool everything = move_origin(position);
+  std::vector<bool> moved(levels_.size(), everything);
   for (std::size_t k = levels_.size(); k-- > 0;) {
     Level& level = levels_[k];
     const std::int64_t first_x = snapped(position.x(), level.step_m, cells_);
     const std::int64_t first_y = snapped(position.y(), level.step_m, cells_);
-    if (!everything && first_x == level.first_x && first_y == level.first_y) continue;
+    moved[k] = everything || first_x != level.first_x || first_y != level.first_y;
+    if (!moved[k]) continue;
     level.first_x = first_x;
     level.first_y = first_y;
     build(level, k + 1 < levels_.size() ? &levels_[k + 1] : nullptr);
-    changed = true;
   }
-  if (changed) cut_blocks();
-  return changed;
+  for (std::size_t k = 0; k < levels_.size(); ++k) {
+    if (moved[k] || (k > 0 && moved[k - 1])) cut_blocks(k);
+  }
+  return std::find(moved.begin(), moved.end(), true) != moved.end();
 }
 
 Eigen::Vector2d Clipmap::centre() const {
@@ -135,24 +137,29 @@ void Clipmap::blend_edge(Level& level, const Level& coarser) const {
   }
 }
 
-void Clipmap::cut_blocks() {
+/// Lists the blocks of a level around the hole in which the finer level lies.
+void Clipmap::cut_blocks(std::size_t index) {
+  Level& level = levels_[index];
   const int per_side = cells_ / block();
-  for (std::size_t k = 0; k < levels_.size(); ++k) {
-    Level& level = levels_[k];
-    level.blocks.clear();
-    const bool innermost = k == 0;
-    const std::int64_t hole_x = innermost ? 0 : (levels_[k - 1].first_x / 2 - level.first_x) / block();
-    const std::int64_t hole_y = innermost ? 0 : (levels_[k - 1].first_y / 2 - level.first_y) / block();
-    const auto covered = [&](std::int64_t block, std::int64_t hole) {
-      return block >= hole && block < hole + per_side / 2;
-    };
-    for (int by = 0; by < per_side; ++by) {
-      for (int bx = 0; bx < per_side; ++bx) {
-        if (!innermost && covered(bx, hole_x) && covered(by, hole_y)) continue;
-        level.blocks.push_back(by * per_side + bx);
-      }
+  int hole_row = per_side, hole_col = per_side;  // the finest level has none
+  if (index > 0) {
+    hole_row = static_cast<int>((levels_[index - 1].first_y / 2 - level.first_y) / block());
+    hole_col = static_cast<int>((levels_[index - 1].first_x / 2 - level.first_x) / block());
+  }
+  const auto in_hole = [per_side](int at, int hole) { return at >= hole && at < hole + per_side / 2; };
+  level.blocks.clear();
+  for (int row = 0; row < per_side; ++row) {
+    for (int col = 0; col < per_side; ++col) {
+      if (!in_hole(row, hole_row) || !in_hole(col, hole_col)) level.blocks.push_back({row, col});
     }
   }
+  ++level.revision;
+}
+
+std::uint64_t Clipmap::revision(std::size_t first) const {
+  std::uint64_t sum = 0;
+  for (std::size_t k = first; k < levels_.size(); ++k) sum += levels_[k].revision;
+  return sum;
 }
 
 Clipmap::Shade Clipmap::shade(int index, float x, float y) const {

@@ -23,13 +23,18 @@ class Clipmap {
   struct Shade {
     float slope_x, slope_y, albedo;
   };
+  struct Block {
+    int row, col;  ///< of blocks
+    bool operator==(const Block&) const = default;
+  };
   /// One grid of (cells + 1)^2 nodes, west to east, south to north.
   struct Level {
     double step_m = 0.0;
     std::int64_t first_x = 0, first_y = 0;  ///< lattice index of the south-west node: x = first_x * step_m
     std::vector<Vertex> vertices;
     std::vector<Shade> shades;
-    std::vector<int> blocks;  ///< index (by rows of blocks) of each block that the finer level does not cover
+    std::vector<Block> blocks;   ///< those that the finer level does not cover
+    std::uint64_t revision = 0;  ///< counts the changes of vertices or blocks
   };
 
   /// `cells` per side, a multiple of 128; levels are added until the outermost reaches `range_m`.
@@ -46,6 +51,8 @@ class Clipmap {
     return origin_;
   }  ///< map frame, moves in large steps (single precision near it)
 
+  /// Grows when a level from `first` on has changed.
+  std::uint64_t revision(std::size_t first) const;
   /// Slope and albedo between the nodes of a level at a position relative to origin().
   Shade shade(int level, float x, float y) const;
   /// Height (map z) of the surface as it is shown: the innermost level that covers the position.
@@ -55,7 +62,7 @@ class Clipmap {
   bool move_origin(const Eigen::Vector2d& position);
   void build(Level& level, const Level* coarser) const;
   void blend_edge(Level& level, const Level& coarser) const;
-  void cut_blocks();
+  void cut_blocks(std::size_t index);
 
   const Terrain& terrain_;
   int cells_;

@@ -103,6 +103,7 @@ double Crater::profile_m(double distance_m) const {
 std::vector<Crater> CraterField::within(double west, double south, double east, double north,
                                         double min_diameter_m) const {
   std::vector<Crater> craters;
+  if (density <= 0.0) return craters;
   std::uint64_t octave = 0;
   for (double low = smallest_m; low < largest_m; low *= 2.0, ++octave) {
     const SizeClass size{Random::mix(seed + octave), low, std::min(2.0 * low, largest_m), density};
@@ -113,7 +114,7 @@ std::vector<Crater> CraterField::within(double west, double south, double east, 
 }
 
 void CraterField::add_to(Patch& patch, double resolution_m) const {
-  if (density <= 0.0 || patch.nx == 0 || patch.ny == 0) return;
+  if (patch.nx == 0 || patch.ny == 0) return;
   const double smallest = 3.0 * resolution_m;
   for (const Crater& crater : within(patch.x0, patch.y0, patch.x(patch.nx - 1), patch.y(patch.ny - 1), smallest)) {
     dig(patch, crater, smooth_step(smallest, 2.0 * smallest, crater.diameter_m));

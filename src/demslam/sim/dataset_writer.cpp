@@ -32,6 +32,15 @@ std::string read_text(const fs::path& file) {
   return text.str();
 }
 
+std::string pose_columns(const StampedPose& stamped) {
+  const Eigen::Vector3d& p = stamped.pose.translation();
+  const Eigen::Quaterniond& q = stamped.pose.rotation();
+  char columns[256];
+  std::snprintf(columns, sizeof columns, "%lld,%.9f,%.9f,%.9f,%.12f,%.12f,%.12f,%.12f",
+                static_cast<long long>(stamped.t_ns), p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z());
+  return columns;
+}
+
 /// Velocity at a frame by central differences, map frame.
 Eigen::Vector3d velocity(const Trajectory& trajectory, std::size_t i) {
   const StampedPose& before = trajectory[i > 0 ? i - 1 : i];
@@ -43,15 +52,16 @@ Eigen::Vector3d velocity(const Trajectory& trajectory, std::size_t i) {
 
 }  // namespace
 
-DatasetWriter::DatasetWriter(fs::path out, const SceneOptions& scene)
-    : out_(std::move(out)), with_depth_(scene.output.depth) {
+DatasetWriter::DatasetWriter(fs::path out, const SceneOptions& scene) : out_(std::move(out)), output_(scene.output) {
   const fs::path scene_file = out_ / "scene.toml";
   const std::string text = scene_toml(scene);
   if (fs::exists(scene_file) && read_text(scene_file) != text) {
     throw Error(out_.string() + ": holds another scene (see its scene.toml); choose an empty folder");
   }
   for (const char* folder : {"image0/color", "image1/color", "truth", kUnfinished}) make_folder(out_ / folder);
-  if (with_depth_) make_folder(out_ / "image0/depth");
+  if (output_.depth) make_folder(out_ / "image0/depth");
+  if (output_.labels) make_folder(out_ / "image0/label");
+  if (output_.lidar) make_folder(out_ / "LiDAR");
   if (!fs::exists(scene_file)) write_text("scene.toml", text);
 }
 
@@ -62,8 +72,12 @@ fs::path DatasetWriter::file(const char* folder, TimestampNs t_ns, const char* e
 fs::path DatasetWriter::unfinished(const fs::path& file) const { return out_ / kUnfinished / file.filename(); }
 
 bool DatasetWriter::has(TimestampNs t_ns) const {
-  return fs::exists(file("image0/color", t_ns, ".png")) && fs::exists(file("image1/color", t_ns, ".png")) &&
-         (!with_depth_ || fs::exists(file("image0/depth", t_ns, ".pfm")));
+  const auto there = [&](bool wanted, const char* folder, const char* extension) {
+    return !wanted || fs::exists(file(folder, t_ns, extension));
+  };
+  return there(true, "image0/color", ".png") && there(true, "image1/color", ".png") &&
+         there(output_.depth, "image0/depth", ".pfm") && there(output_.labels, "image0/label", ".png") &&
+         there(output_.lidar, "LiDAR", ".txt");
 }
 
 void DatasetWriter::publish(const fs::path& file) const {
@@ -90,6 +104,8 @@ void DatasetWriter::write(const SimulatedFrame& frame) const {
     write_bytes(file("image0/depth", frame.t_ns, ".pfm"),
                 pfm_bytes(frame.depth_m, frame.left.width, frame.left.height));
   }
+  if (output_.labels) write_picture(file("image0/label", frame.t_ns, ".png"), frame.labels);
+  if (output_.lidar) write_bytes(file("LiDAR", frame.t_ns, ".txt"), frame.lidar);
   write_picture(file("image1/color", frame.t_ns, ".png"), frame.right);
   write_picture(file("image0/color", frame.t_ns, ".png"), frame.left);
 }
@@ -108,21 +124,26 @@ void DatasetWriter::close() const {
   fs::remove_all(out_ / kUnfinished, ignored);
 }
 
-std::string ground_truth_text(const Trajectory& trajectory) {
+std::string ground_truth_text(const Trajectory& trajectory, const ImuBias& bias) {
   std::string text =
       "#timestamp [ns], p_x [m], p_y [m], p_z [m], q_w [], q_x [], q_y [], q_z [], v_x [m s^-1], v_y [m s^-1], v_z [m "
       "s^-1], "
       "b_w_x [rad s^-1], b_w_y [rad s^-1], b_w_z [rad s^-1], b_a_x [m s^-2], b_a_y [m s^-2], b_a_z [m s^-2]\n";
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
-    const Eigen::Vector3d& p = trajectory[i].pose.translation();
-    const Eigen::Quaterniond& q = trajectory[i].pose.rotation();
-    const Eigen::Vector3d v = velocity(trajectory, i);
-    char line[512];
-    std::snprintf(line, sizeof line, "%lld,%.9f,%.9f,%.9f,%.12f,%.12f,%.12f,%.12f,%.9f,%.9f,%.9f,0,0,0,0,0,0\n",
-                  static_cast<long long>(trajectory[i].t_ns), p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z(), v.x(),
-                  v.y(), v.z());
-    text += line;
+    text += pose_columns(trajectory[i]);
+    for (const Eigen::Vector3d& triple : {velocity(trajectory, i), bias.gyro, bias.accelerometer}) {
+      char columns[96];
+      std::snprintf(columns, sizeof columns, ",%.9f,%.9f,%.9f", triple.x(), triple.y(), triple.z());
+      text += columns;
+    }
+    text += "\n";
   }
+  return text;
+}
+
+std::string stamped_pose_text(const Trajectory& trajectory) {
+  std::string text;
+  for (const StampedPose& stamped : trajectory) text += pose_columns(stamped) + "\n";
   return text;
 }
 

@@ -9,6 +9,7 @@
 #include "demslam/geometry/trajectory.h"
 #include "demslam/image/image.h"
 #include "demslam/sim/scene.h"
+#include "demslam/sim/sensors.h"
 
 namespace demslam {
 
@@ -16,7 +17,9 @@ namespace demslam {
 struct SimulatedFrame {
   TimestampNs t_ns = 0;
   Image left, right;
-  std::vector<float> depth_m;  ///< left camera, rows from the top; empty: not wanted
+  std::vector<float> depth_m;  ///< left camera, rows from the top; empty: not wanted, as for those below
+  Image labels;                ///< left camera
+  std::string lidar;           ///< lines of points
 };
 
 /// Writes the LuSNAR layout. Every file appears under its name only when complete, so a killed run leaves whole frames.
@@ -40,12 +43,15 @@ class DatasetWriter {
   void write_picture(const std::filesystem::path& file, const Image& image) const;
 
   std::filesystem::path out_;
-  bool with_depth_;
+  OutputOptions output_;
 };
+
+/// Lines of ns, x y z, quaternion w x y z.
+std::string stamped_pose_text(const Trajectory& trajectory);
 
 /// gt.txt: LuSNAR's 17 columns: ns, T_map_body as x y z and quaternion w x y z, velocity (map), gyro and accelerometer
 /// bias (0).
-std::string ground_truth_text(const Trajectory& trajectory);
+std::string ground_truth_text(const Trajectory& trajectory, const ImuBias& bias = {});
 
 /// A one-channel PFM: little-endian floats, bottom row first.
 std::string pfm_bytes(const std::vector<float>& values, int width, int height);

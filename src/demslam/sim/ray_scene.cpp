@@ -9,6 +9,8 @@
 namespace demslam {
 namespace {
 
+constexpr unsigned kNearLevels = 3;
+
 /// Attaches a finished geometry and hands its ownership to the scene.
 void attach(RTCScene scene, RTCGeometry geometry, unsigned id) {
   rtcCommitGeometry(geometry);
@@ -16,11 +18,21 @@ void attach(RTCScene scene, RTCGeometry geometry, unsigned id) {
   rtcReleaseGeometry(geometry);
 }
 
+void commit(RTCScene scene) {
+  tbb::task_arena(1).execute([scene] { rtcCommitScene(scene); });
+}
+
 }  // namespace
 
 RayScene::RayScene(const std::vector<RockShape>& shapes) : device_(rtcNewDevice(nullptr)) {
   if (!device_) throw Error("the ray caster (Embree) cannot start on this machine");
   for (const RockShape& shape : shapes) shapes_.push_back(shape_scene(shape));
+}
+
+RayScene::Scene RayScene::new_scene() const {
+  Scene scene(rtcNewScene(device_.get()));
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between two cells
+  return scene;
 }
 
 RayScene::Scene RayScene::shape_scene(const RockShape& shape) const {
@@ -31,37 +43,50 @@ RayScene::Scene RayScene::shape_scene(const RockShape& shape) const {
   auto* triangles = static_cast<std::array<std::uint32_t, 3>*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(shape.triangles[0]), shape.triangles.size()));
   std::copy(shape.triangles.begin(), shape.triangles.end(), triangles);
-  Scene scene(rtcNewScene(device_.get()));
+  Scene scene = new_scene();
   attach(scene.get(), geometry, 0);
-  rtcCommitScene(scene.get());
+  commit(scene.get());
   return scene;
 }
 
 void RayScene::build(const Clipmap& clipmap, const std::vector<Rock>& rocks) {
-  scene_.reset(rtcNewScene(device_.get()));
-  rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between two cells
-  for (unsigned k = 0; k < clipmap.levels().size(); ++k) add_level(clipmap, k);
+  const auto levels = static_cast<unsigned>(clipmap.levels().size()), near = std::min(kNearLevels, levels);
+  if (const std::uint64_t revision = clipmap.revision(near); !far_ || revision != far_revision_) {
+    far_ = new_scene();
+    for (unsigned k = near; k < levels; ++k) add_level(far_.get(), clipmap, k);
+    commit(far_.get());
+    far_revision_ = revision;
+  }
+  scene_ = new_scene();
+  for (unsigned k = 0; k < near; ++k) add_level(scene_.get(), clipmap, k);
+  add_far();
   if (!rocks.empty()) add_rocks(clipmap, rocks);
-  tbb::task_arena(1).execute([&] { rtcCommitScene(scene_.get()); });
-  if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) throw Error("the ray caster ran out of memory");
+  commit(scene_.get());
+  if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) throw Error("the ray caster (Embree) ran out of memory");
 }
 
-void RayScene::add_level(const Clipmap& clipmap, unsigned index) {
+void RayScene::add_level(RTCScene scene, const Clipmap& clipmap, unsigned index) const {
   const Clipmap::Level& level = clipmap.levels()[index];
-  const unsigned stride = static_cast<unsigned>(clipmap.cells()) + 1,
-                 block_cells = static_cast<unsigned>(clipmap.block());
-  const unsigned per_side = (stride - 1) / block_cells;
+  const auto stride = static_cast<unsigned>(clipmap.cells()) + 1, cells = static_cast<unsigned>(clipmap.block());
+  const auto nodes = static_cast<unsigned short>(cells + 1);
   RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_GRID);
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, level.vertices.data(), 0,
                              sizeof(Clipmap::Vertex), level.vertices.size() - 1);
   auto* grids = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID,
                                                               sizeof(RTCGrid), level.blocks.size()));
-  for (const int block : level.blocks) {
-    const unsigned row = static_cast<unsigned>(block) / per_side, col = static_cast<unsigned>(block) % per_side;
-    *grids++ = {(row * stride + col) * block_cells, stride, static_cast<unsigned short>(block_cells + 1),
-                static_cast<unsigned short>(block_cells + 1)};
+  for (const Clipmap::Block& block : level.blocks) {
+    *grids++ = {(static_cast<unsigned>(block.row) * stride + static_cast<unsigned>(block.col)) * cells, stride, nodes,
+                nodes};
   }
-  attach(scene_.get(), geometry, index);
+  attach(scene, geometry, index);
+}
+
+void RayScene::add_far() {
+  constexpr float kIdentity[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
+  RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, far_.get());
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, kIdentity);
+  attach(scene_.get(), geometry, kFar);
 }
 
 void RayScene::add_rocks(const Clipmap& clipmap, const std::vector<Rock>& rocks) {

@@ -8,26 +8,19 @@
 #include <numbers>
 
 #include "demslam/sim/clipmap.h"
-#include "demslam/sim/photometry.h"
+#include "demslam/sim/illumination.h"
+#include "demslam/sim/lens.h"
 #include "demslam/sim/ray_scene.h"
 
 namespace demslam {
 namespace {
 
-constexpr int kAcross = 4, kDown = 2, kPacket = kAcross * kDown;  // pixels that are cast together
-constexpr double kRangeM = 4000.0;                                // terrain is there up to this distance
-constexpr double kRockReach = 250.0;  // rocks are there up to this many of their diameters (at 512 px focal length)
-constexpr float kNear = 0.05F;
-
 using Eigen::Vector3f;
 
-Vector3f sun_direction(const LightOptions& light) {
-  const double elevation = light.sun_elevation_deg * std::numbers::pi / 180.0;
-  const double azimuth = light.sun_azimuth_deg * std::numbers::pi / 180.0;
-  return Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-                         std::sin(elevation))
-      .cast<float>();
-}
+constexpr double kRangeM = 4000.0;    // terrain is there up to this distance
+constexpr double kRockReach = 200.0;  // rocks are there up to this many of their diameters, at 512 px focal length
+constexpr float kNear = 0.05F;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// Grid cells per side that give two to four pixels per cell.
 int clipmap_cells(const CameraOptions& camera) {
@@ -41,6 +34,21 @@ struct Packet {
   alignas(32) int valid[kPacket];
   alignas(32) RTCRayHit8 rays;
 };
+
+void intersect(RTCScene scene, Packet& packet) {
+  for (int i = 0; i < kPacket; ++i) {
+    packet.rays.hit.geomID[i] = packet.rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+  }
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcIntersect8(packet.valid, scene, &packet.rays, &arguments);
+  for (int i = 0; i < kPacket; ++i) {
+    if (packet.rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) packet.valid[i] = 0;
+  }
+}
+
+bool is_rock(const RTCHit8& hit, int i) { return hit.instID[0][i] == RayScene::kRocks; }
 
 /// Where the rays of one pass go through their pixels, and what the pass is for.
 struct Pass {
@@ -68,30 +76,6 @@ struct View {
   Rendering& out;
 };
 
-void set_ray(RTCRay8& rays, int i, const Vector3f& origin, const Vector3f& direction, float near) {
-  rays.org_x[i] = origin.x();
-  rays.org_y[i] = origin.y();
-  rays.org_z[i] = origin.z();
-  rays.dir_x[i] = direction.x();
-  rays.dir_y[i] = direction.y();
-  rays.dir_z[i] = direction.z();
-  rays.tnear[i] = near;
-  rays.tfar[i] = std::numeric_limits<float>::infinity();
-  rays.time[i] = 0.0F;
-  rays.mask[i] = ~0U;
-  rays.id[i] = 0;
-  rays.flags[i] = 0;
-}
-
-/// A visible point ready to be lit.
-struct Hit {
-  Vector3f position, normal;  ///< relative to the clipmap's origin; shading normal
-  Vector3f to_eye;            ///< unit
-  float albedo = 1.0F;        ///< relative
-  float offset = 1e-3F;       ///< shadow rays start this far off the surface
-  Surface surface = Surface::ground;
-};
-
 }  // namespace
 
 struct Renderer::World {
@@ -100,25 +84,24 @@ struct Renderer::World {
         clipmap(terrain, clipmap_cells(scene.camera), kRangeM),
         field(scene.terrain, scene.seed, terrain, route),
         rays(field.shapes()),
-        sun(sun_direction(scene.light)),
-        reflectance(scene.light.photometry, scene.light.albedo),
+        illumination(scene.light),
         passes(passes_of(scene.camera.samples_per_axis)) {}
 
+  Vector3f relative(const Eigen::Vector3d& p_map) const { return (p_map - clipmap.origin()).cast<float>(); }
   void trace_block(const View& view, const Pass& pass, int u, int v) const;
   void store(const View& view, const Pass& pass, const Packet& packet, const Hit* hits) const;
-  Hit hit_of(const RTCRayHit8& rays, int i, float pixel_angle) const;
+  Hit hit_of(const RTCRayHit8& packet, int i, float pixel_angle) const;
   void shade_ground(int level, float footprint, Hit& hit) const;
   void shade_rock(const Rock& rock, unsigned triangle, float u, float v, float footprint, Hit& hit) const;
-  void light(const Packet& packet, const Hit* hits, float* radiance) const;
 
   const Terrain& terrain;
   Clipmap clipmap;
   RockField field;
   std::vector<Rock> placed, rocks;
   RayScene rays;
-  Vector3f sun;
-  Reflectance reflectance;
+  Illumination illumination;
   std::vector<Pass> passes;
+  Eigen::Vector3d lamp = Eigen::Vector3d::Zero();
   bool stale = true;
 };
 
@@ -132,6 +115,8 @@ void Renderer::place(const Rock& rock) {
   world_->stale = true;
 }
 
+void Renderer::set_lamp(const Eigen::Vector3d& p_map) { world_->lamp = p_map; }
+
 void Renderer::centre_on(const Eigen::Vector2d& position) {
   World& world = *world_;
   if (!world.clipmap.centre_on(position) && !world.stale) return;
@@ -143,11 +128,9 @@ void Renderer::centre_on(const Eigen::Vector2d& position) {
 
 Rendering Renderer::render(const Camera& camera, const Pose& T_map_camera) const {
   const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
-  Rendering out{camera.width, camera.height, std::vector<float>(pixels, 0.0F),
-                std::vector<float>(pixels, std::numeric_limits<float>::infinity()),
+  Rendering out{camera.width, camera.height, std::vector<float>(pixels, 0.0F), std::vector<float>(pixels, kInfinity),
                 std::vector<Surface>(pixels, Surface::sky)};
-  const View view{camera, T_map_camera.rotation_matrix(),
-                  (T_map_camera.translation() - world_->clipmap.origin()).cast<float>(), out};
+  const View view{camera, T_map_camera.rotation_matrix(), world_->relative(T_map_camera.translation()), out};
   tbb::parallel_for(0, (camera.height + kDown - 1) / kDown, [&](int strip) {
     for (int u = 0; u < camera.width; u += kAcross) {
       for (const Pass& pass : world_->passes) world_->trace_block(view, pass, u, strip * kDown);
@@ -156,31 +139,50 @@ Rendering Renderer::render(const Camera& camera, const Pose& T_map_camera) const
   return out;
 }
 
+std::vector<RangeReturn> Renderer::cast(const Pose& T_map_sensor, std::span<const Eigen::Vector3d> directions) const {
+  std::vector<RangeReturn> returns(directions.size(), {kInfinity, Surface::sky});
+  const Vector3f origin = world_->relative(T_map_sensor.translation());
+  const std::size_t packets = (directions.size() + kPacket - 1) / kPacket;
+  tbb::parallel_for(std::size_t{0}, packets, [&](std::size_t p) {
+    Packet packet{};
+    for (std::size_t i = 0; i < kPacket && p * kPacket + i < directions.size(); ++i) {
+      const Eigen::Vector3d direction = T_map_sensor.rotation() * directions[p * kPacket + i];
+      packet.valid[i] = -1;
+      set_ray(packet.rays.ray, static_cast<int>(i), origin, direction.cast<float>(), kNear, kInfinity);
+    }
+    intersect(world_->rays.handle(), packet);
+    for (int i = 0; i < kPacket; ++i) {
+      if (packet.valid[i] == 0) continue;
+      returns[p * kPacket + i] = {packet.rays.ray.tfar[i],
+                                  is_rock(packet.rays.hit, i) ? Surface::rock : Surface::ground};
+    }
+  });
+  return returns;
+}
+
 void Renderer::World::trace_block(const View& view, const Pass& pass, int u, int v) const {
-  const Camera& camera = view.camera;
   Packet packet{.u = u, .v = v};
   for (int i = 0; i < kPacket; ++i) {
     const int column = u + i % kAcross, row = v + i / kAcross;
-    packet.valid[i] = column < camera.width && row < camera.height ? -1 : 0;
-    const Eigen::Vector3d ray((column + pass.du - camera.cx) / camera.fx, (row + pass.dv - camera.cy) / camera.fy, 1.0);
-    set_ray(packet.rays.ray, i, view.origin, (view.R_scene_camera * ray).cast<float>(), kNear);
-    packet.rays.hit.geomID[i] = packet.rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    packet.valid[i] = column < view.camera.width && row < view.camera.height ? -1 : 0;
+    const Eigen::Vector3d ray = ray_of(view.camera, column + pass.du, row + pass.dv);
+    set_ray(packet.rays.ray, i, view.origin, (view.R_scene_camera * ray).cast<float>(), kNear, kInfinity);
   }
-  RTCIntersectArguments arguments;
-  rtcInitIntersectArguments(&arguments);
-  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  rtcIntersect8(packet.valid, rays.handle(), &packet.rays, &arguments);
+  intersect(rays.handle(), packet);
   Hit hits[kPacket];
   for (int i = 0; i < kPacket; ++i) {
-    if (packet.rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) packet.valid[i] = 0;
-    if (packet.valid[i] != 0) hits[i] = hit_of(packet.rays, i, static_cast<float>(1.0 / camera.fx));
+    if (packet.valid[i] != 0) hits[i] = hit_of(packet.rays, i, static_cast<float>(1.0 / view.camera.fx));
   }
   store(view, pass, packet, hits);
 }
 
 void Renderer::World::store(const View& view, const Pass& pass, const Packet& packet, const Hit* hits) const {
   float radiance[kPacket] = {};
-  if (pass.weight > 0.0F) light(packet, hits, radiance);
+  if (pass.weight > 0.0F) {
+    const std::uint64_t key =
+        (static_cast<std::uint64_t>(packet.v) << 32) + static_cast<std::uint64_t>(packet.u) * kPacket;
+    illumination.light(rays.handle(), packet.valid, hits, key, relative(lamp), radiance);
+  }
   for (int i = 0; i < kPacket; ++i) {
     if (packet.valid[i] == 0) continue;
     const std::size_t pixel =
@@ -199,15 +201,14 @@ Hit Renderer::World::hit_of(const RTCRayHit8& packet, int i, float pixel_angle) 
   hit.position = Vector3f(ray.org_x[i], ray.org_y[i], ray.org_z[i]) + ray.tfar[i] * direction;
   hit.to_eye = -direction.normalized();
   hit.offset = 1e-3F + 1e-4F * ray.tfar[i];
-  const Vector3f facet = Vector3f(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]).normalized();
-  const unsigned instance = packet.hit.instID[0][i];
   const float footprint = pixel_angle * ray.tfar[i];
-  if (instance == RTC_INVALID_GEOMETRY_ID) {
+  if (is_rock(packet.hit, i)) {
+    const Rock& rock = rocks[packet.hit.instPrimID[0][i]];
+    shade_rock(rock, packet.hit.primID[i], packet.hit.u[i], packet.hit.v[i], footprint, hit);
+  } else {
+    const Vector3f facet = Vector3f(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]).normalized();
     const float foreshortening = std::sqrt(std::max(std::abs(facet.dot(hit.to_eye)), 0.05F));
     shade_ground(static_cast<int>(packet.hit.geomID[i]), footprint / foreshortening, hit);
-  } else {
-    shade_rock(rocks[packet.hit.instPrimID[0][i]], packet.hit.primID[i], packet.hit.u[i], packet.hit.v[i], footprint,
-               hit);
   }
   return hit;
 }
@@ -216,47 +217,24 @@ void Renderer::World::shade_ground(int level, float footprint, Hit& hit) const {
   const Clipmap::Shade shade = clipmap.shade(level, hit.position.x(), hit.position.y());
   const Eigen::Vector2d place = clipmap.origin().head<2>() + hit.position.head<2>().cast<double>();
   const FieldSample micro = terrain.micro_relief(place.x(), place.y(), clipmap.levels()[level].step_m, footprint);
-  hit.normal =
-      Vector3f(-shade.slope_x - static_cast<float>(micro.dx), -shade.slope_y - static_cast<float>(micro.dy), 1.0F)
-          .normalized();
+  const Eigen::Vector2f slope = Eigen::Vector2d(shade.slope_x + micro.dx, shade.slope_y + micro.dy).cast<float>();
+  hit.normal = Vector3f(-slope.x(), -slope.y(), 1.0F).normalized();
   hit.albedo = shade.albedo;
 }
 
 void Renderer::World::shade_rock(const Rock& rock, unsigned triangle, float u, float v, float footprint,
                                  Hit& hit) const {
   const RockShape& shape = field.shapes()[rock.shape];
-  const auto& corner = shape.triangles[triangle];
-  const Vector3f smooth =
-      (1.0F - u - v) * shape.normals[corner[0]] + u * shape.normals[corner[1]] + v * shape.normals[corner[2]];
+  const auto& [a, b, c] = shape.triangles[triangle];
+  const Vector3f smooth = (1.0F - u - v) * shape.normals[a] + u * shape.normals[b] + v * shape.normals[c];
   hit.normal = (rock.R_map_rock * smooth).normalized();
   hit.surface = Surface::rock;
   hit.albedo = rock.albedo;
   if (rock.shape == 0) return;  // spheres stay as smooth as their closed form
-  const Eigen::Vector3f local =
-      rock.R_map_rock.conjugate() * (hit.position - (rock.p_map - clipmap.origin()).cast<float>());
+  const Vector3f local = rock.R_map_rock.conjugate() * (hit.position - relative(rock.p_map));
   const FieldSample grain =
       terrain.micro_relief(local.x() + 0.7 * local.z(), local.y() - 0.6 * local.z(), 0.04, footprint);
-  hit.normal =
-      (hit.normal + 0.7F * Vector3f(static_cast<float>(grain.dx), static_cast<float>(grain.dy), 0.0F)).normalized();
-}
-
-/// Reflected sunlight of the valid hits; a shadow ray for each that faces the sun.
-void Renderer::World::light(const Packet& packet, const Hit* hits, float* radiance) const {
-  alignas(32) int valid[kPacket];
-  alignas(32) RTCRay8 shadow;
-  for (int i = 0; i < kPacket; ++i) {
-    valid[i] = packet.valid[i] != 0 && hits[i].normal.dot(sun) > 0.0F ? -1 : 0;
-    if (valid[i] != 0) set_ray(shadow, i, hits[i].position + hits[i].offset * hits[i].normal, sun, hits[i].offset);
-  }
-  RTCOccludedArguments arguments;
-  rtcInitOccludedArguments(&arguments);
-  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  rtcOccluded8(valid, rays.handle(), &shadow, &arguments);
-  for (int i = 0; i < kPacket; ++i) {
-    if (valid[i] == 0 || shadow.tfar[i] < 0.0F) continue;
-    const Hit& hit = hits[i];
-    radiance[i] = hit.albedo * reflectance(hit.normal.dot(sun), hit.normal.dot(hit.to_eye), hit.to_eye.dot(sun));
-  }
+  hit.normal = (hit.normal + 0.7F * Eigen::Vector3d(grain.dx, grain.dy, 0.0).cast<float>()).normalized();
 }
 
 }  // namespace demslam

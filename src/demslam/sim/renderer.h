@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "demslam/geometry/camera.h"
@@ -21,9 +22,14 @@ struct Rendering {
   std::vector<Surface> surface;  ///< at the pixel's centre
 };
 
-/// Casts rays into terrain and rocks around a place (Embree): one sun, hard shadows, black sky. The scene is single
-/// precision relative to an origin near the rover. Rendering is parallel over pixel rows and does not depend on the
-/// threads.
+/// What a ray met first.
+struct RangeReturn {
+  float range = 0.0F;  ///< in lengths of the ray's direction; infinity: nothing
+  Surface surface = Surface::sky;
+};
+
+/// Casts rays into terrain and rocks around a place (Embree): a sun, a lamp, black sky. The scene is single precision
+/// relative to an origin near the rover. Work is parallel over rays and its result does not depend on the threads.
 class Renderer {
  public:
   Renderer(const SceneOptions& scene, const Terrain& terrain, const Route& route);
@@ -34,7 +40,11 @@ class Renderer {
   void place(const Rock& rock);
   /// Prepares the surroundings of a map position; needed before render(), and again when the rover has moved.
   void centre_on(const Eigen::Vector2d& position);
+  void set_lamp(const Eigen::Vector3d& p_map);
+
   Rendering render(const Camera& camera, const Pose& T_map_camera) const;
+  /// First returns of rays from the sensor's origin.
+  std::vector<RangeReturn> cast(const Pose& T_map_sensor, std::span<const Eigen::Vector3d> directions) const;
 
  private:
   struct World;

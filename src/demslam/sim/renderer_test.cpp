@@ -136,6 +136,51 @@ TEST(Renderer, ShadowEndsWhereTheSunsElevationSays) {
   EXPECT_NEAR(east, -(above / std::tan(elevation) - radius / std::sin(elevation)), pixel);
 }
 
+TEST(Illumination, PenumbraIsAsWideAsTheSunsDisc) {
+  SceneOptions scene = closed_form_scene();
+  scene.light.sun_diameter_deg = 4.0;  // large, so that the pixels resolve it
+  scene.light.sun_elevation_deg = 90.0;
+  Studio studio(scene);
+  const double above = 3.0, radius = 0.4;
+  studio.renderer.place(sphere({0.0, 0.0, 3.0 + above}, 2.0 * radius));
+  studio.renderer.centre_on({0.0, 0.0});
+  const Pose T(Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0), Eigen::Vector3d(0.0, 0.0, 3.0 + 1.0));  // below the sphere
+  const Rendering image = studio.look(T);
+  double dimmed = 0.0;  // along the middle row: the shadow's radius, counting half-lit places half
+  for (int u = 64; u < 128; ++u) dimmed += 1.0 - image.radiance[pixel_of(image, u, 64)] / 0.5;
+  EXPECT_NEAR(dimmed / studio.rig.left.fx, radius, 0.03);
+  int half_lit = 0;
+  for (int u = 64; u < 128; ++u) {
+    const float share = image.radiance[pixel_of(image, u, 64)] / 0.5F;
+    half_lit += share > 0.01F && share < 0.99F;
+  }
+  EXPECT_NEAR(half_lit / studio.rig.left.fx, 2.0 * above * std::tan(2.0 * kRadPerDeg), 0.08);
+}
+
+TEST(Illumination, GroundLightsAVerticalFaceByHalfItsRadiance) {
+  SceneOptions scene = closed_form_scene();
+  scene.light.fill = 1.0;
+  Studio studio(scene);
+  const Eigen::Vector3d centre(3.0, 0.0, 8.0);
+  studio.renderer.place(sphere(centre, 2.0));
+  studio.renderer.centre_on({0.0, 0.0});
+  const Rendering image = studio.look(Pose(R_body_camera_level(), Eigen::Vector3d(0.0, 0.0, 8.0)));
+  const double middle = image.radiance[pixel_of(image, 64, 64)];  // faces West, away from the sun
+  EXPECT_NEAR(middle, 0.5 * 0.5 * std::sin(30.0 * kRadPerDeg) * (0.5 + 0.02), 2e-3);
+}
+
+TEST(Illumination, LampFallsOffWithTheSquareOfTheDistance) {
+  SceneOptions scene = closed_form_scene();
+  scene.light.lamp = 10.0;
+  Studio lit(scene);
+  scene.light.lamp = 0.0;
+  const Studio unlit(scene);
+  const Pose T = lit.T_map_camera(1.5, 90.0);
+  lit.renderer.set_lamp({0.0, 0.0, 3.0 + 2.0});
+  const std::size_t middle = pixel_of(unlit.look(T), 64, 64);
+  EXPECT_NEAR(lit.look(T).radiance[middle] - unlit.look(T).radiance[middle], 10.0 / 4.0 * 0.5, 5e-3);
+}
+
 /// Mean image position of the rock, from renderings at 5 x 5 offsets inside the pixel.
 Eigen::Vector2d centroid(const Renderer& renderer, const Camera& camera, const Pose& T_map_camera) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();

@@ -1,6 +1,6 @@
 #include "demslam/sim/rover.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -78,12 +78,29 @@ StereoRig stereo_rig(const CameraOptions& options) {
   camera.fx = camera.fy = 0.5 * options.width_px / std::tan(options.horizontal_fov_deg * std::numbers::pi / 360.0);
   camera.cx = 0.5 * (options.width_px - 1);
   camera.cy = 0.5 * (options.height_px - 1);
+  if (!options.distortion.empty()) {
+    camera.distortion = Distortion::radtan;
+    std::copy(options.distortion.begin(), options.distortion.end(), camera.coefficients.begin());
+  }
   StereoRig rig;
   rig.left = rig.right = camera;
   rig.T_left_right = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(options.baseline_m, 0.0, 0.0));
   const double pitch = options.pitch_down_deg * std::numbers::pi / 180.0;
   rig.T_body_left = Pose(rotation_from_rpy(0.0, pitch, 0.0) * R_body_camera_level(),
                          Eigen::Vector3d(options.forward_m, 0.5 * options.baseline_m, options.height_m));
+  return rig;
+}
+
+StereoRig miscalibrated(StereoRig rig, const CalibrationErrorOptions& error) {
+  const Eigen::Vector3d turn = error.rotation_deg * std::numbers::pi / 180.0;
+  const Eigen::Quaterniond rotation = rotation_from_rpy(turn.x(), turn.y(), turn.z());
+  rig.T_left_right = Pose(rotation * rig.T_left_right.rotation(),
+                          rig.T_left_right.translation() + Eigen::Vector3d(error.baseline_m, 0.0, 0.0));
+  for (Camera* camera : {&rig.left, &rig.right}) {
+    camera->fx += error.focal_px;
+    camera->fy += error.focal_px;
+  }
+  rig.right.cy += error.row_offset_px;
   return rig;
 }
 

@@ -20,4 +20,7 @@ Trajectory drive(const Terrain& terrain, const RoverOptions& rover, const Route&
 /// The stereo rig as mounted (T_body_left, T_left_right) with its intrinsics.
 StereoRig stereo_rig(const CameraOptions& camera);
 
+/// The rig as a wrong calibration states it.
+StereoRig miscalibrated(StereoRig rig, const CalibrationErrorOptions& error);
+
 }  // namespace demslam

@@ -32,7 +32,10 @@ struct LightOptions {
   double sun_elevation_deg = 25.0;
   double sun_azimuth_deg = 60.0;  ///< from East towards North, as the heading; light comes from there
   Photometry photometry = Photometry::hapke;
-  double albedo = 0.12;  ///< normal albedo of the regolith
+  double albedo = 0.12;            ///< normal albedo of the regolith
+  double sun_diameter_deg = 0.53;  ///< width of the penumbra; 0: a point
+  double fill = 1.0;  ///< strength of the light that the sunlit ground throws into shadows; 1: as it is, 0: none
+  double lamp = 0.0;  ///< headlamp above the cameras: its light at 1 m, relative to the sun's; 0: none
 };
 
 struct CameraOptions {
@@ -44,10 +47,12 @@ struct CameraOptions {
   double pitch_down_deg = 20.0;
   double exposure = 0.0;  ///< grey value per unit of reflected radiance (I/F); 0: from the first frame, then kept
   double gamma = 2.0;     ///< grey = 255 (exposed radiance)^(1/gamma); 2 is the square-root table of flight cameras
-  double full_well_e = 12000.0;  ///< electrons at white, sets the photon noise
-  double read_noise_e = 12.0;    ///< electrons; with full_well_e = 0 there is no noise
-  double blur_px = 0.5;          ///< sigma of the point-spread function; 0: none
-  int samples_per_axis = 1;      ///< n x n rays per pixel
+  double full_well_e = 12000.0;    ///< electrons at white, sets the photon noise
+  double read_noise_e = 12.0;      ///< electrons; with full_well_e = 0 there is no noise
+  double blur_px = 0.5;            ///< sigma of the point-spread function; 0: none
+  int samples_per_axis = 1;        ///< n x n rays per pixel
+  double vignetting = 0.1;         ///< loss of light in the corners, falling off with the square of the distance
+  std::vector<double> distortion;  ///< radtan k1, k2, p1, p2[, k3] of both cameras; empty: none
 };
 
 struct RoverOptions {
@@ -75,12 +80,24 @@ struct DemProductOptions {
 struct StartOptions {
   Eigen::Vector3d error_m = Eigen::Vector3d::Zero();  ///< added to the true position, map frame
   double heading_error_deg = 0.0;
-  double sigma_position_m = 0.5;
-  double sigma_rotation_deg = 0.5;
+  double sigma_position_m = 0.1;
+  double sigma_rotation_deg = 0.1;
+};
+
+/// What the calibration file says wrongly, as truth plus error: the images keep the true geometry.
+struct CalibrationErrorOptions {
+  double baseline_m = 0.0;
+  double focal_px = 0.0;
+  double row_offset_px = 0.0;                              ///< of the right camera's cy
+  Eigen::Vector3d rotation_deg = Eigen::Vector3d::Zero();  ///< of the right camera about its axes
 };
 
 struct OutputOptions {
-  bool depth = true;
+  bool depth = true;    ///< image0/depth/*.pfm
+  bool labels = false;  ///< image0/label/*.png: 0 sky, 1 regolith, 2 crater, 3 rock
+  bool lidar = false;   ///< LiDAR/*.txt
+  bool imu = false;     ///< imu.txt
+  bool wheels = false;  ///< wheels.txt
 };
 
 /// A whole simulated mission. The defaults are a valid scene; a file changes single values (scene_fields.h lists them).
@@ -92,6 +109,7 @@ struct SceneOptions {
   RoverOptions rover;
   DemProductOptions dem_product;
   StartOptions start;
+  CalibrationErrorOptions calibration_error;
   OutputOptions output;
 };
 

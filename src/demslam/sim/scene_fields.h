@@ -75,6 +75,9 @@ void light_fields(Io& io, O& light) {
   bounded(io, "sun_azimuth_deg", light.sun_azimuth_deg, -360.0, 360.0);
   enum_field(io, "photometry", light.photometry, kPhotometryNames);
   bounded(io, "albedo", light.albedo, 0.01, 1.0);
+  bounded(io, "sun_diameter_deg", light.sun_diameter_deg, 0.0, 10.0);
+  bounded(io, "fill", light.fill, 0.0, 10.0);
+  bounded(io, "lamp", light.lamp, 0.0, 1e6);
 }
 
 template <class Io, class O>
@@ -92,6 +95,13 @@ void camera_fields(Io& io, O& camera) {
   bounded(io, "read_noise_e", camera.read_noise_e, 0.0, 1e5);
   bounded(io, "blur_px", camera.blur_px, 0.0, 10.0);
   bounded(io, "samples_per_axis", camera.samples_per_axis, 1, 8);
+  bounded(io, "vignetting", camera.vignetting, 0.0, 1.0);
+  io.field("distortion", camera.distortion);
+  if constexpr (Io::kReads) {
+    const std::size_t count = camera.distortion.size();
+    if (count != 0 && count != 4 && count != 5)
+      io.fail("distortion", "'distortion' needs k1, k2, p1, p2 and perhaps k3");
+  }
 }
 
 template <class Io, class O>
@@ -130,6 +140,23 @@ void start_fields(Io& io, O& start) {
   bounded(io, "sigma_rotation_deg", start.sigma_rotation_deg, 1e-6, 360.0);
 }
 
+template <class Io, class O>
+void calibration_error_fields(Io& io, O& error) {
+  bounded(io, "baseline_m", error.baseline_m, -1.0, 1.0);
+  bounded(io, "focal_px", error.focal_px, -1000.0, 1000.0);
+  bounded(io, "row_offset_px", error.row_offset_px, -100.0, 100.0);
+  io.field("rotation_deg", error.rotation_deg);
+}
+
+template <class Io, class O>
+void output_fields(Io& io, O& output) {
+  io.field("depth", output.depth);
+  io.field("labels", output.labels);
+  io.field("lidar", output.lidar);
+  io.field("imu", output.imu);
+  io.field("wheels", output.wheels);
+}
+
 /// Lists every field of a scene once, for reading and for writing.
 template <class Io, class O>
 void scene_fields(Io& io, O& scene) {
@@ -140,7 +167,8 @@ void scene_fields(Io& io, O& scene) {
   io.section("rover", [&](Io& section) { rover_fields(section, scene.rover); });
   io.section("dem_product", [&](Io& section) { dem_product_fields(section, scene.dem_product); });
   io.section("start", [&](Io& section) { start_fields(section, scene.start); });
-  io.section("output", [&](Io& section) { section.field("depth", scene.output.depth); });
+  io.section("calibration_error", [&](Io& section) { calibration_error_fields(section, scene.calibration_error); });
+  io.section("output", [&](Io& section) { output_fields(section, scene.output); });
 }
 
 }  // namespace demslam

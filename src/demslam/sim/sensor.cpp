@@ -57,6 +57,21 @@ std::vector<float> blurred(const Rendering& rendering, double sigma_px) {
   return full;
 }
 
+/// Share of the light that a pixel gets: 1 in the middle, 1 - loss in the corners.
+struct Vignette {
+  Vignette(const Rendering& image, double loss)
+      : middle_u(0.5F * static_cast<float>(image.width - 1)),
+        middle_v(0.5F * static_cast<float>(image.height - 1)),
+        slope(static_cast<float>(loss) / (middle_u * middle_u + middle_v * middle_v)) {}
+
+  float operator()(int u, int v) const {
+    const float du = static_cast<float>(u) - middle_u, dv = static_cast<float>(v) - middle_v;
+    return 1.0F - slope * (du * du + dv * dv);
+  }
+
+  float middle_u, middle_v, slope;
+};
+
 /// Light (1 = white) to grey value.
 struct Electronics {
   explicit Electronics(const CameraOptions& camera)
@@ -93,12 +108,13 @@ double automatic_exposure(const Rendering& rendering) {
 Image develop(const Rendering& rendering, const CameraOptions& camera, double exposure, std::uint64_t noise_key) {
   const std::vector<float> light = blurred(rendering, camera.blur_px);
   const Electronics electronics(camera);
+  const Vignette vignette(rendering, camera.vignetting);
   Image image(rendering.width, rendering.height);
   tbb::parallel_for(0, rendering.height, [&](int v) {
     for (int u = 0; u < rendering.width; ++u) {
       const std::size_t i = static_cast<std::size_t>(v) * rendering.width + u;
-      image.pixels[i] =
-          electronics.grey(static_cast<float>(exposure) * light[i], noise_key + i * 0x9e3779b97f4a7c15ULL);
+      const float exposed = static_cast<float>(exposure) * vignette(u, v) * light[i];
+      image.pixels[i] = electronics.grey(exposed, noise_key + i * 0x9e3779b97f4a7c15ULL);
     }
   });
   return image;

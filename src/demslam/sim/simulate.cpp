@@ -1,5 +1,6 @@
 #include "demslam/sim/simulate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -14,6 +15,7 @@
 #include "demslam/sim/renderer.h"
 #include "demslam/sim/rover.h"
 #include "demslam/sim/sensor.h"
+#include "demslam/sim/sensors.h"
 
 namespace demslam {
 namespace {
@@ -33,11 +35,18 @@ struct Mission {
   Pose T_map_left(const StampedPose& stamped) const { return stamped.pose * rig.T_body_left; }
   Rendering left(const StampedPose& stamped) {
     renderer.centre_on(ahead(stamped.pose));
+    renderer.set_lamp(stamped.pose *
+                      (rig.T_body_left.translation() + Eigen::Vector3d(0.0, -0.5 * scene.camera.baseline_m, 0.3)));
     return renderer.render(rig.left, T_map_left(stamped));
   }
   Rendering right(const StampedPose& stamped) const {
     return renderer.render(rig.right, T_map_left(stamped) * rig.T_left_right);
   }
+  Pose at(double time_s) const {
+    const double s = std::clamp(time_s * scene.rover.speed_m_per_s, 0.0, route.length_m());
+    return standing_pose(terrain, scene.rover, route.position(s), route.heading(s));
+  }
+  double duration_s() const { return to_seconds(trajectory.back().t_ns - trajectory.front().t_ns); }
   /// The finest terrain is wanted where the camera looks, a little ahead of the rover.
   Eigen::Vector2d ahead(const Pose& T_map_body) const {
     return (T_map_body * Eigen::Vector3d(scene.camera.forward_m + 2.0 * scene.camera.height_m, 0.0, 0.0)).head<2>();
@@ -60,11 +69,28 @@ StartPose believed_start(const StartOptions& start, const Pose& T_map_body) {
   return believed;
 }
 
+void write_motion_sensors(const Mission& mission, const DatasetWriter& writer) {
+  const SceneOptions& scene = mission.scene;
+  const Motion motion = [&](double time_s) { return mission.at(time_s); };
+  const TimestampNs first = mission.trajectory.front().t_ns;
+  const double duration = mission.duration_s();
+  if (scene.output.imu) writer.write_text("imu.txt", imu_text(motion, first, duration, scene.seed));
+  if (scene.output.wheels) {
+    writer.write_text("wheels.txt", wheels_text(motion, first, duration, scene.rover.track_m, scene.seed));
+  }
+  if (!scene.output.lidar) return;
+  Trajectory scanner = mission.trajectory;
+  for (StampedPose& stamped : scanner) stamped.pose = stamped.pose * Lidar().T_body_lidar;
+  writer.write_text("LiDAR/timestamp.txt", stamped_pose_text(scanner));
+}
+
 void write_mission_files(const Mission& mission, const DatasetWriter& writer) {
   const SceneOptions& scene = mission.scene;
-  writer.write_text("calibration.toml", calibration_toml(mission.rig));
+  writer.write_text("calibration.toml", calibration_toml(miscalibrated(mission.rig, scene.calibration_error)));
   writer.write_text("start.toml", start_pose_toml(believed_start(scene.start, mission.trajectory.front().pose)));
-  writer.write_text("gt.txt", ground_truth_text(mission.trajectory));
+  writer.write_text("gt.txt",
+                    ground_truth_text(mission.trajectory, scene.output.imu ? imu_bias(scene.seed) : ImuBias{}));
+  write_motion_sensors(mission, writer);
   const DemRaster truth = averaged_ground(mission.terrain, mission.trajectory, scene.dem_product);
   writer.write_raster("truth/dem_truth.tif", truth);
   writer.write_raster("dem.tif", degraded(truth, scene.dem_product, scene.seed));
@@ -75,8 +101,8 @@ double exposure_of(Mission& mission) {
   return fixed > 0.0 ? fixed : automatic_exposure(mission.left(mission.trajectory.front()));
 }
 
-std::uint64_t noise_key(const SceneOptions& scene, TimestampNs t_ns, int camera) {
-  return Random::mix(Random::mix(scene.seed + 0x6e6f6973ULL) ^ (2 * static_cast<std::uint64_t>(t_ns) + camera));
+std::uint64_t noise_key(const SceneOptions& scene, TimestampNs t_ns, std::uint64_t stream) {
+  return Random::mix(Random::mix(scene.seed + 0x6e6f6973ULL) ^ (4 * static_cast<std::uint64_t>(t_ns) + stream));
 }
 
 SimulatedFrame make_frame(Mission& mission, const StampedPose& stamped, double exposure) {
@@ -87,7 +113,14 @@ SimulatedFrame make_frame(Mission& mission, const StampedPose& stamped, double e
   frame.t_ns = stamped.t_ns;
   frame.left = develop(left, camera, exposure, noise_key(mission.scene, stamped.t_ns, 0));
   frame.right = develop(right, camera, exposure, noise_key(mission.scene, stamped.t_ns, 1));
-  if (mission.scene.output.depth) frame.depth_m = std::move(left.depth_m);
+  const OutputOptions& output = mission.scene.output;
+  if (output.labels) frame.labels = label_image(left, mission.rig.left, mission.T_map_left(stamped), mission.terrain);
+  if (output.lidar) {
+    const Lidar lidar;
+    frame.lidar = lidar.scan(mission.renderer, mission.terrain, stamped.pose * lidar.T_body_lidar,
+                             noise_key(mission.scene, stamped.t_ns, 2));
+  }
+  if (output.depth) frame.depth_m = std::move(left.depth_m);
   return frame;
 }
 

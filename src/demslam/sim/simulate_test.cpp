@@ -203,6 +203,7 @@ TEST(Sensor, NoiseIsThatOfTheElectronsAndIsRepeatable) {
   camera.gamma = 1.0;
   camera.full_well_e = 1000.0;
   camera.read_noise_e = 20.0;
+  camera.vignetting = 0.0;
   const Image image = develop(grey_card(0.05F), camera, 10.0, 99);
   double sum = 0.0, squares = 0.0;
   for (const auto pixel : image.pixels) sum += pixel, squares += pixel * pixel;
@@ -220,6 +221,7 @@ TEST(Sensor, BlurKeepsTheLight) {
   camera.full_well_e = 0.0;
   camera.gamma = 1.0;
   camera.blur_px = 1.0;
+  camera.vignetting = 0.0;
   const Image image = develop(dot, camera, 1.0, 1);
   EXPECT_EQ(image.at(32, 32), std::lround(255.0 / (2.0 * 3.14159265)));
   EXPECT_EQ(image.at(33, 32), std::lround(255.0 / (2.0 * 3.14159265) * std::exp(-0.5)));

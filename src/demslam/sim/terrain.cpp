@@ -34,7 +34,8 @@ Terrain::Terrain(const TerrainOptions& options, std::uint64_t seed, DemRaster ba
       base_(std::move(base)),
       fine_(fractal_octaves(law_, seed_, 0.0, 4.0 * base_.cell_m())),
       albedo_(albedo_octaves(options.albedo_variation, Random::mix(seed_ + 3))),
-      craters_{Random::mix(seed_ + 1), law_.crater_density, 0.25, 8.0 * base_.cell_m()} {}
+      craters_{Random::mix(seed_ + 1), law_.crater_density, 0.25, 8.0 * base_.cell_m()},
+      base_craters_(base_craters(law_, seed_, options.dem.empty() ? base_.cell_m() : law_.largest_crater_m)) {}
 
 void Terrain::fill(Patch& patch) const {
   std::fill(patch.values.begin(), patch.values.end(), 0.0);
@@ -43,6 +44,16 @@ void Terrain::fill(Patch& patch) const {
     if (octave.wavelength_m >= kLatticePerStep * patch.step) octave.add_to(patch);
   }
   craters_.add_to(patch, patch.step);
+}
+
+std::vector<Crater> Terrain::craters(const Eigen::Vector2d& centre, double reach_m, double min_diameter_m) const {
+  std::vector<Crater> all;
+  for (const CraterField* field : {&craters_, &base_craters_}) {
+    const std::vector<Crater> some = field->within(centre.x() - reach_m, centre.y() - reach_m, centre.x() + reach_m,
+                                                   centre.y() + reach_m, min_diameter_m);
+    all.insert(all.end(), some.begin(), some.end());
+  }
+  return all;
 }
 
 double Terrain::height(double x_m, double y_m) const {

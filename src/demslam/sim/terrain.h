@@ -32,6 +32,9 @@ class Terrain {
   /// Relative albedo at the patch's nodes, mean 1.
   void fill_albedo(Patch& patch) const;
 
+  /// Craters (those of the fine relief and of a generated base) of at least a diameter, around a position.
+  std::vector<Crater> craters(const Eigen::Vector2d& centre, double reach_m, double min_diameter_m) const;
+
   const BaseSurface& base() const { return base_; }
 
  private:
@@ -40,7 +43,7 @@ class Terrain {
   BaseSurface base_;
   std::vector<Noise> fine_;  ///< octaves below the base, shortest first
   std::vector<Noise> albedo_;
-  CraterField craters_;
+  CraterField craters_, base_craters_;  ///< finer than the base; in the base, if that is generated
 };
 
 }  // namespace demslam

@@ -34,10 +34,10 @@ inline DemRaster plane_raster(double height_m, const Eigen::Vector2d& slope, int
 inline SceneOptions closed_form_scene() {
   SceneOptions scene;
   scene.terrain = smooth_ground();
-  scene.light = {30.0, 0.0, Photometry::lambert, 0.5};
+  scene.light = {30.0, 0.0, Photometry::lambert, 0.5, 0.0, 0.0, 0.0};
   scene.camera.width_px = scene.camera.height_px = 128;
   scene.camera.full_well_e = 0.0;
-  scene.camera.blur_px = 0.0;
+  scene.camera.blur_px = scene.camera.vignetting = 0.0;
   return scene;
 }
 
