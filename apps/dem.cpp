@@ -42,8 +42,8 @@ void info(const fs::path& file, const std::optional<fs::path>& json) {
   const DemRaster dem = read_dem(file);
   const DemStatistics stats = statistics(dem);
   const Eigen::Vector3d& origin = dem.frame.origin;
-  fmt::print("{}\n  size      {} x {} cells of {:g} m ({:.2f} x {:.2f} km)\n", file.string(), dem.cols, dem.rows, dem.cell_m,
-             dem.cols * dem.cell_m * 1e-3, dem.rows * dem.cell_m * 1e-3);
+  fmt::print("{}\n  size      {} x {} cells of {:g} m ({:.2f} x {:.2f} km)\n", file.string(), dem.cols, dem.rows,
+             dem.cell_m, dem.cols * dem.cell_m * 1e-3, dem.rows * dem.cell_m * 1e-3);
   fmt::print("  heights   {:.5f} to {:.5f} m, mean {:.3f} m\n", stats.min_m, stats.max_m, stats.mean_m);
   fmt::print("  slope     median {:.1f} deg, 95 % below {:.1f} deg\n", stats.slope_median_deg, stats.slope_p95_deg);
   fmt::print("  holes     {} cells ({:.2f} %)\n", stats.holes, 100.0 * stats.hole_fraction());
@@ -52,7 +52,8 @@ void info(const fs::path& file, const std::optional<fs::path>& json) {
     fmt::print("  CRS       none: metres are taken on the user's word\n");
   } else {
     const Eigen::Vector3d centre = Georeference(dem.frame).lon_lat_height(Eigen::Vector3d::Zero());
-    fmt::print("  CRS       origin at longitude {:.6f}, latitude {:.6f}, height {:.3f} m\n", centre.x(), centre.y(), centre.z());
+    fmt::print("  CRS       origin at longitude {:.6f}, latitude {:.6f}, height {:.3f} m\n", centre.x(), centre.y(),
+               centre.z());
   }
   if (json) write_text(*json, info_json(file, dem, stats).dump(1) + "\n");
 }
@@ -70,7 +71,8 @@ void crop_dem(const CropArguments& a) {
   } else if (a.window_m.size() == 4) {
     write_dem(a.output, crop(read_dem(a.input), {a.window_m[0], a.window_m[1], a.window_m[2], a.window_m[3]}));
   } else {
-    throw Error("dem crop: say what to cut: --center LON LAT --radius-m R, or --window WEST SOUTH EAST NORTH (map metres)");
+    throw Error(
+        "dem crop: say what to cut: --center LON LAT --radius-m R, or --window WEST SOUTH EAST NORTH (map metres)");
   }
   fmt::print("{}: written\n", a.output.string());
 }
@@ -99,7 +101,8 @@ void add_info(CLI::App& dem) {
 
 void add_crop(CLI::App& dem) {
   auto a = std::make_shared<CropArguments>();
-  CLI::App* command = dem.add_subcommand("crop", "cut a part; geographic rasters are reprojected to metres around the centre");
+  CLI::App* command =
+      dem.add_subcommand("crop", "cut a part; geographic rasters are reprojected to metres around the centre");
   command->add_option("dem", a->input, "any GDAL raster")->required();
   command->add_option("-o,--output", a->output, "GeoTIFF to write")->required();
   command->add_option("--center", a->centre_deg, "longitude and latitude, degrees")->expected(2);

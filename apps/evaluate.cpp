@@ -74,21 +74,26 @@ void add_rpe_options(CLI::App& command, Arguments& arguments) {
 }  // namespace
 
 void add_evaluate(CLI::App& app) {
-  static const std::map<std::string, Alignment> alignments{
-      {"none", Alignment::none}, {"first-pose", Alignment::first_pose}, {"se3", Alignment::se3}, {"sim3", Alignment::sim3}};
+  static const std::map<std::string, Alignment> alignments{{"none", Alignment::none},
+                                                           {"first-pose", Alignment::first_pose},
+                                                           {"se3", Alignment::se3},
+                                                           {"sim3", Alignment::sim3}};
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("evaluate", "ATE, RPE and drift against the truth, as evo computes them");
-  command->add_option("runs", arguments->runs, "run folders or trajectory files (TUM, KITTI, EuRoC, LuSNAR)")->required();
+  command->add_option("runs", arguments->runs, "run folders or trajectory files (TUM, KITTI, EuRoC, LuSNAR)")
+      ->required();
   command->add_option("--truth", arguments->truth, "true trajectory; default: the one of the run's dataset");
   command->add_option("--align", arguments->options.alignment, "none, first-pose, se3 or sim3")
       ->transform(CLI::CheckedTransformer(alignments).description("NAME"));
-  command->add_option("--max-difference-s", arguments->options.association.max_difference_s, "stamps further apart do not pair");
+  command->add_option("--max-difference-s", arguments->options.association.max_difference_s,
+                      "stamps further apart do not pair");
   add_rpe_options(*command, *arguments);
   command->add_option("--json", arguments->json, "one object per run (one run: the object itself)");
   command->add_option("--csv", arguments->csv, "the table as CSV");
   command->add_option("--latex", arguments->latex, "the table for LaTeX (booktabs)");
-  command->footer("Examples:\n  demslam evaluate runs/odometry runs/anchored --json e.json\n"
-                  "  demslam evaluate estimate.txt --truth truth.txt --align se3");
+  command->footer(
+      "Examples:\n  demslam evaluate runs/odometry runs/anchored --json e.json\n"
+      "  demslam evaluate estimate.txt --truth truth.txt --align se3");
   command->callback([arguments] { run(*arguments); });
 }
 

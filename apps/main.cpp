@@ -45,8 +45,9 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", std::string("demslam ") + kVersion);
   app.require_subcommand(1);
   app.failure_message(CLI::FailureMessage::simple);
-  app.footer("Start here:\n  demslam simulate configs/demo.toml -o runs/data\n  demslam run runs/data -o runs/anchored\n"
-             "  demslam evaluate runs/anchored");
+  app.footer(
+      "Start here:\n  demslam simulate configs/demo.toml -o runs/data\n  demslam run runs/data -o runs/anchored\n"
+      "  demslam evaluate runs/anchored");
   add_simulate(app);
   add_run(app);
   add_evaluate(app);

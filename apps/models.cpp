@@ -11,7 +11,8 @@ namespace {
 
 std::string shape_text(const TensorInfo& tensor) {
   std::string text;
-  for (const std::int64_t size : tensor.shape) text += (text.empty() ? "" : " x ") + (size < 0 ? "?" : std::to_string(size));
+  for (const std::int64_t size : tensor.shape)
+    text += (text.empty() ? "" : " x ") + (size < 0 ? "?" : std::to_string(size));
   return fmt::format("{} {} [{}]", tensor.name, tensor.type, text);
 }
 

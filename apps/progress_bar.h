@@ -7,8 +7,8 @@
 
 namespace demslam::apps {
 
-/// Draws "label  [#####.....]  120/300  8.1 frames/s  22 s left" on stderr; only on a terminal, and only after one second.
-/// The Progress it hands out also carries the interrupt token.
+/// Draws "label  [#####.....]  120/300  8.1 frames/s  22 s left" on stderr; only on a terminal, and only after one
+/// second. The Progress it hands out also carries the interrupt token.
 class ProgressBar {
  public:
   ProgressBar(std::string label, std::string unit);

@@ -39,7 +39,8 @@ void add_report(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("report", "a page or a map of one or more runs");
   command->add_option("runs", arguments->runs, "run folders")->required();
-  command->add_option("-o,--output", arguments->output, "*.html: one self-contained page; *.png: the map alone")->required();
+  command->add_option("-o,--output", arguments->output, "*.html: one self-contained page; *.png: the map alone")
+      ->required();
   command->add_option("--truth", arguments->truth, "true trajectory; default: the one of the run's dataset");
   command->add_option("--dem", arguments->dem, "elevation model of the map; default: the runs' own");
   command->footer("Example:\n  demslam report runs/odometry runs/anchored -o report.html");

@@ -35,13 +35,13 @@ SlamOptions options_of(const Arguments& arguments) {
 
 void print(const RunInputs& inputs, const RunReport& report) {
   const SlamCounters& counters = report.result.counters;
-  fmt::print("{}: {} of {} frames tracked, {} keyframes, {} loops closed, {}\n", inputs.output.string(), counters.tracked,
-             report.frames_asked, counters.keyframes, counters.loops.accepted,
+  fmt::print("{}: {} of {} frames tracked, {} keyframes, {} loops closed, {}\n", inputs.output.string(),
+             counters.tracked, report.frames_asked, counters.keyframes, counters.loops.accepted,
              report.anchored ? fmt::format("{} DEM factors", counters.anchoring.height + counters.anchoring.normal)
                              : std::string("no DEM"));
   if (counters.frames > 0) {
-    fmt::print("  {:.1f} m in {:.1f} s ({:.0f} ms per frame)\n", path_length_m(report.result.trajectory), report.seconds,
-               1e3 * report.seconds / static_cast<double>(counters.frames));
+    fmt::print("  {:.1f} m in {:.1f} s ({:.0f} ms per frame)\n", path_length_m(report.result.trajectory),
+               report.seconds, 1e3 * report.seconds / static_cast<double>(counters.frames));
   }
   if (report.interrupted) fmt::print("  interrupted: the folder holds what was done\n");
 }
@@ -60,11 +60,13 @@ void add_run(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   RunInputs& inputs = arguments->inputs;
   CLI::App* command = app.add_subcommand("run", "stereo SLAM over a dataset, anchored to a DEM");
-  command->add_option("dataset", inputs.dataset, "folder with stereo images (demslam, kitti, euroc, folders, ...)")->required();
+  command->add_option("dataset", inputs.dataset, "folder with stereo images (demslam, kitti, euroc, folders, ...)")
+      ->required();
   command->add_option("-o,--output", inputs.output, "run folder to write")->required();
   command->add_option("--dem", inputs.dem, "elevation model; default: the dataset's own dem.tif, if it has one");
   command->add_option("-c,--config", arguments->config, "options TOML; a run folder's config.toml repeats that run");
-  command->add_option("--start", inputs.start, "TOML with T_map_body of the first frame; default: the dataset's start.toml");
+  command->add_option("--start", inputs.start,
+                      "TOML with T_map_body of the first frame; default: the dataset's start.toml");
   command->add_option("--format", inputs.format, "dataset format, when it is not recognised");
   command->add_option("--calibration", inputs.calibration, "calibration TOML, replaces the dataset's own");
   command->add_option("--extractor", arguments->extractor_model, "ONNX feature extractor (docs/models.md)");
@@ -75,7 +77,8 @@ void add_run(CLI::App& app) {
   command->add_flag("--no-loops", arguments->no_loops, "do not close loops");
   command->add_flag("--odometry-only", arguments->odometry_only, "neither DEM nor loops");
   command->add_flag("--overwrite", inputs.overwrite, "replace a finished run in the output folder");
-  command->footer("Examples:\n  demslam run runs/data -o runs/anchored\n  demslam run runs/data -o runs/odometry --odometry-only");
+  command->footer(
+      "Examples:\n  demslam run runs/data -o runs/anchored\n  demslam run runs/data -o runs/odometry --odometry-only");
   command->callback([arguments] { run(*arguments); });
 }
 

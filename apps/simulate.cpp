@@ -48,7 +48,8 @@ void run(const Arguments& arguments) {
 
 void add_simulate(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("simulate", "render a stereo traverse with exact truth, its DEM and calibration");
+  CLI::App* command =
+      app.add_subcommand("simulate", "render a stereo traverse with exact truth, its DEM and calibration");
   command->add_option("scene", arguments->scene, "scene TOML (configs/); without one: 150 m over generated highland");
   command->add_option("-o,--output", arguments->output, "dataset folder to write; resumed when it holds the same scene")
       ->required();

@@ -15,9 +15,9 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::map<std::string, int> kFloor = {
-    {"base", 0},     {"geometry", 0}, {"toml", 1},  {"image", 1},     {"dem", 1},   {"dataset", 2}, {"evaluation", 2},
-    {"features", 3}, {"odometry", 4}, {"sim", 4},   {"graph", 5},     {"anchoring", 6}, {"store", 6},
-    {"slam", 7},     {"experiment", 7},     {"config", 8},   {"report", 8},
+    {"base", 0},       {"geometry", 0}, {"toml", 1},       {"image", 1},  {"dem", 1},    {"dataset", 2},
+    {"evaluation", 2}, {"features", 3}, {"odometry", 4},   {"sim", 4},    {"graph", 5},  {"anchoring", 6},
+    {"store", 6},      {"slam", 7},     {"experiment", 7}, {"config", 8}, {"report", 8},
 };
 
 /// Which modules may use a library, by the beginning of the header's name.
@@ -88,8 +88,9 @@ TEST(Architecture, IncludesGoDownward) {
     const std::string to = module_of(include.header);
     if (to.empty()) continue;
     ASSERT_EQ(kFloor.count(to), 1U) << include.file << " includes " << include.header;
-    EXPECT_TRUE(may_include(include.module, to)) << include.file << " (floor " << kFloor.at(include.module)
-                                                 << ") includes " << include.header << " (floor " << kFloor.at(to) << ")";
+    EXPECT_TRUE(may_include(include.module, to))
+        << include.file << " (floor " << kFloor.at(include.module) << ") includes " << include.header << " (floor "
+        << kFloor.at(to) << ")";
     ++checked;
   }
   EXPECT_GT(checked, 100);

@@ -17,7 +17,8 @@ using testing::HasSubstr;
 class BadInput : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / ("bad_input_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    folder_ = fs::path(testing::TempDir()) /
+              ("bad_input_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     dataset_ = folder_ / "data";
@@ -79,8 +80,8 @@ TEST_F(BadInput, ARightImageOfAnotherSizeThanTheLeftOneIsNamed) {
 
 TEST_F(BadInput, AZeroBaselineIsRefused) {
   const std::string text = read_text(dataset_ / "calibration.toml");
-  replace_in(dataset_ / "calibration.toml", text.find("baseline_m") != std::string::npos ? "baseline_m" : "T_left_right",
-             "baseline_m = 0.0");
+  replace_in(dataset_ / "calibration.toml",
+             text.find("baseline_m") != std::string::npos ? "baseline_m" : "T_left_right", "baseline_m = 0.0");
   expect_error(run(), "baseline");
 }
 
@@ -90,7 +91,8 @@ TEST_F(BadInput, AZeroFocalLengthIsRefused) {
 }
 
 TEST_F(BadInput, ADemThatDoesNotCoverTheStartIsRefused) {
-  replace_in(dataset_ / "start.toml", "T_map_body", "T_map_body = [1, 0, 0, 90000, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]");
+  replace_in(dataset_ / "start.toml", "T_map_body",
+             "T_map_body = [1, 0, 0, 90000, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]");
   expect_error(run(), "no height at the start");
 }
 
@@ -127,8 +129,9 @@ TEST_F(BadInput, AnEmptyDatasetIsRefused) {
 
 TEST_F(BadInput, AFolderThatIsNoDatasetIsRefused) {
   fs::create_directories(folder_ / "nothing");
-  expect_error(run_program("run '" + (folder_ / "nothing").string() + "' -o '" + (folder_ / "run").string() + "'", folder_),
-               "nothing");
+  expect_error(
+      run_program("run '" + (folder_ / "nothing").string() + "' -o '" + (folder_ / "run").string() + "'", folder_),
+      "nothing");
 }
 
 TEST_F(BadInput, AFinishedRunIsNotOverwritten) {
@@ -140,8 +143,9 @@ TEST_F(BadInput, AFinishedRunIsNotOverwritten) {
 
 TEST_F(BadInput, ASceneWithATypoIsNamedWithItsLine) {
   write_text(folder_ / "s.toml", "seed = 1\n[light]\nsun_elevaton_deg = 3.0\n");
-  expect_error(run_program("simulate '" + (folder_ / "s.toml").string() + "' -o '" + (folder_ / "out").string() + "'", folder_),
-               "s.toml:3: unknown key 'light.sun_elevaton_deg'");
+  expect_error(
+      run_program("simulate '" + (folder_ / "s.toml").string() + "' -o '" + (folder_ / "out").string() + "'", folder_),
+      "s.toml:3: unknown key 'light.sun_elevaton_deg'");
 }
 
 }  // namespace

@@ -38,8 +38,8 @@ inline void write_text(const fs::path& file, const std::string& text) {
 /// Runs `prefix demslam arguments` in a shell; `folder` takes its output.
 inline Outcome run_program(const std::string& arguments, const fs::path& folder, const std::string& prefix = "") {
   fs::create_directories(folder);
-  const std::string command = prefix + " '" DEMSLAM_PROGRAM "' " + arguments + " >'" + (folder / "out.txt").string() + "' 2>'" +
-                              (folder / "err.txt").string() + "' </dev/null";
+  const std::string command = prefix + " '" DEMSLAM_PROGRAM "' " + arguments + " >'" + (folder / "out.txt").string() +
+                              "' 2>'" + (folder / "err.txt").string() + "' </dev/null";
   const int raw = std::system(command.c_str());
   return {WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, read_text(folder / "out.txt"), read_text(folder / "err.txt")};
 }

@@ -14,14 +14,16 @@ using namespace testing_support;
 class RealData : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / ("real_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    folder_ = fs::path(testing::TempDir()) /
+              ("real_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }
   void TearDown() override { fs::remove_all(folder_); }
 
   nlohmann::json run(const fs::path& dataset, const std::string& more = "") {
-    const Outcome outcome = run_program("run '" + dataset.string() + "' -o '" + (folder_ / "run").string() + "' " + more, folder_);
+    const Outcome outcome =
+        run_program("run '" + dataset.string() + "' -o '" + (folder_ / "run").string() + "' " + more, folder_);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     return nlohmann::json::parse(read_text(folder_ / "run" / "summary.json"));
   }
@@ -53,7 +55,8 @@ TEST_F(RealData, EurocIsTrackedWhollyWithinFiveCentimetres) {
 
 TEST_F(RealData, TheRoverSandboxLoopIsClosed) {
   if (!fs::exists(data_ / "rover_sandbox")) GTEST_SKIP() << "reference data missing: rover_sandbox";
-  const auto summary = run(data_ / "rover_sandbox", "--calibration '" DEMSLAM_SOURCE_DIR "/configs/rover_sandbox.toml'");
+  const auto summary =
+      run(data_ / "rover_sandbox", "--calibration '" DEMSLAM_SOURCE_DIR "/configs/rover_sandbox.toml'");
   EXPECT_EQ(summary["counters"]["tracked"], 451);
   EXPECT_GT(summary["counters"]["loops"]["accepted"], 0);
   EXPECT_NEAR(summary["first_to_last_m"], 0.42, 0.10);

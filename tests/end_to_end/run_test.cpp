@@ -19,7 +19,8 @@ const std::vector<std::string> kResults = {"trajectory.tum", "odometry.tum", "co
 class Run : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / ("run_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    folder_ = fs::path(testing::TempDir()) /
+              ("run_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     dataset_ = folder_ / "data";
@@ -106,7 +107,8 @@ TEST_F(Run, CtrlCLeavesAValidRunFolder) {
 }
 
 TEST_F(Run, TheEffectiveConfigurationReproducesTheRun) {
-  const fs::path first = run("first", "--no-loops"), again = run("again", "-c '" + (first / "config.toml").string() + "'");
+  const fs::path first = run("first", "--no-loops"),
+                 again = run("again", "-c '" + (first / "config.toml").string() + "'");
   EXPECT_EQ(read_text(first / "trajectory.tum"), read_text(again / "trajectory.tum"));
 }
 

@@ -137,8 +137,8 @@ void check(const SlamOptions& o, const TomlReader& reader) {
   require(o.odometry.motion.min_inliers >= 6, "odometry", "odometry.min_inliers must be at least 6");
   require(o.odometry.motion.pixel_sigma_px > 0.0 && o.odometry.motion.disparity_sigma_px > 0.0, "odometry",
           "odometry.pixel_sigma_px and disparity_sigma_px must be positive");
-  require(o.odometry.motion.max_depth_m > o.odometry.motion.min_depth_m && o.odometry.motion.min_depth_m > 0.0, "odometry",
-          "odometry.min_depth_m must be positive and below max_depth_m");
+  require(o.odometry.motion.max_depth_m > o.odometry.motion.min_depth_m && o.odometry.motion.min_depth_m > 0.0,
+          "odometry", "odometry.min_depth_m must be positive and below max_depth_m");
 }
 
 }  // namespace

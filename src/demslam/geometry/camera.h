@@ -16,10 +16,10 @@ enum class Distortion {
 
 /// Pinhole camera with lens distortion. The centre of the top-left pixel is (0, 0).
 struct Camera {
-  int width = 0, height = 0;                        ///< pixels
-  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;    ///< pixels
+  int width = 0, height = 0;                      ///< pixels
+  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;  ///< pixels
   Distortion distortion = Distortion::none;
-  std::array<double, 5> coefficients{};             ///< meaning by `distortion`; unused ones are zero
+  std::array<double, 5> coefficients{};  ///< meaning by `distortion`; unused ones are zero
 };
 
 /// A stereo pair as calibrated, before rectification, and where it sits on the rover.
@@ -32,10 +32,10 @@ struct StereoRig {
 
 /// An ideal rectified pair: same intrinsics, rows aligned, right camera at +baseline along the left one's x axis.
 struct RectifiedRig {
-  int width = 0, height = 0;             ///< pixels
+  int width = 0, height = 0;  ///< pixels
   double focal_px = 0.0, cx = 0.0, cy = 0.0;
   double baseline_m = 0.0;
-  Pose T_body_left;                      ///< the rectified left camera in the body
+  Pose T_body_left;  ///< the rectified left camera in the body
   Eigen::Vector3d p_body_ground = Eigen::Vector3d::Zero();
 
   /// Pixel (u, v) of the left image of a point in the left camera's frame; z must be positive.

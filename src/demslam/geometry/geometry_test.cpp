@@ -63,9 +63,7 @@ TEST(Pose, LevelCameraLooksForward) {
   EXPECT_TRUE((R_body_camera_level() * Eigen::Vector3d::UnitX()).isApprox(-Eigen::Vector3d::UnitY(), 1e-12));
 }
 
-TEST(Pose, YawTurnsFromEastToNorth) {
-  EXPECT_NEAR(yaw_of(rotation_from_rpy(0.2, 0.1, 0.5)), 0.5, 1e-12);
-}
+TEST(Pose, YawTurnsFromEastToNorth) { EXPECT_NEAR(yaw_of(rotation_from_rpy(0.2, 0.1, 0.5)), 0.5, 1e-12); }
 
 TEST(RectifiedRig, ProjectsWhatItUnprojects) {
   RectifiedRig rig{.width = 640, .height = 480, .focal_px = 400.0, .cx = 320.0, .cy = 240.0, .baseline_m = 0.3};

@@ -48,7 +48,8 @@ Eigen::Quaterniond rotation_from_rpy(double roll, double pitch, double yaw);
 /// Heading: the angle of the body's forward axis in the map's x-y plane, from +x (East) to +y (North), radians.
 double yaw_of(const Eigen::Quaterniond& R_map_body);
 
-/// Body axes (forward, left, up) from camera axes (right, down, forward): the rotation of a level, forward-looking camera.
+/// Body axes (forward, left, up) from camera axes (right, down, forward): the rotation of a level, forward-looking
+/// camera.
 Eigen::Quaterniond R_body_camera_level();
 
 }  // namespace demslam

@@ -23,7 +23,8 @@ class View {
   int height_px() const { return static_cast<int>(std::lround(ground_.sizes().y() / metres_per_px_)); }
   double metres_per_px() const { return metres_per_px_; }
   Eigen::Vector2d pixel(const Eigen::Vector2d& p_map) const {
-    return {(p_map.x() - ground_.min().x()) / metres_per_px_ - 0.5, (ground_.max().y() - p_map.y()) / metres_per_px_ - 0.5};
+    return {(p_map.x() - ground_.min().x()) / metres_per_px_ - 0.5,
+            (ground_.max().y() - p_map.y()) / metres_per_px_ - 0.5};
   }
   Eigen::Vector2d map(int u, int v) const {
     return {ground_.min().x() + (u + 0.5) * metres_per_px_, ground_.max().y() - (v + 0.5) * metres_per_px_};
@@ -87,7 +88,8 @@ void draw_scale_bar(Canvas& canvas, const View& view) {
 
 void draw_track(Canvas& canvas, const View& view, const MapTrack& track) {
   std::vector<Eigen::Vector2d> points;
-  for (const StampedPose& stamped : track.trajectory) points.push_back(view.pixel(stamped.pose.translation().head<2>()));
+  for (const StampedPose& stamped : track.trajectory)
+    points.push_back(view.pixel(stamped.pose.translation().head<2>()));
   if (points.empty()) return;
   canvas.polyline(points, kInk, 5);
   canvas.polyline(points, track.colour, 3);

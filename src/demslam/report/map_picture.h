@@ -19,9 +19,9 @@ struct MapTrack {
 
 struct MapPictureOptions {
   std::string title;
-  int width = 1200;                  ///< pixels; the height follows from the ground shown
-  double margin = 0.15;              ///< of the tracks' extent, on each side
-  double sun_azimuth_deg = 315.0;    ///< of the shading, clockwise from North, as cartographers light a map
+  int width = 1200;                ///< pixels; the height follows from the ground shown
+  double margin = 0.15;            ///< of the tracks' extent, on each side
+  double sun_azimuth_deg = 315.0;  ///< of the shading, clockwise from North, as cartographers light a map
   double sun_elevation_deg = 40.0;
 };
 

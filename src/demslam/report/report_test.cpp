@@ -26,14 +26,15 @@ Trajectory eastward(double length_m) {
 }
 
 TEST(RoundTicks, AreOneTwoOrFiveApart) {
-  EXPECT_THAT(round_ticks(0.0, 1.0, 5), ElementsAre(0.0, testing::DoubleNear(0.2, 1e-12), testing::DoubleNear(0.4, 1e-12),
-                                                    testing::DoubleNear(0.6, 1e-12), testing::DoubleNear(0.8, 1e-12),
-                                                    testing::DoubleNear(1.0, 1e-12)));
+  EXPECT_THAT(round_ticks(0.0, 1.0, 5), ElementsAre(0.0, testing::DoubleNear(0.2, 1e-12),
+                                                    testing::DoubleNear(0.4, 1e-12), testing::DoubleNear(0.6, 1e-12),
+                                                    testing::DoubleNear(0.8, 1e-12), testing::DoubleNear(1.0, 1e-12)));
   EXPECT_GE(round_ticks(0.0, 37.0, 5).back(), 37.0);
 }
 
 TEST(SvgPlot, DrawsEverySeriesWithItsLabelAndTheUnits) {
-  const std::string svg = to_svg({"Error", "distance [m]", "error [m]", {{"odometry", "#c00", {{0.0, 0.0}, {10.0, 2.0}}}}});
+  const std::string svg =
+      to_svg({"Error", "distance [m]", "error [m]", {{"odometry", "#c00", {{0.0, 0.0}, {10.0, 2.0}}}}});
   EXPECT_THAT(svg, testing::AllOf(HasSubstr("<polyline"), HasSubstr("odometry"), HasSubstr("distance [m]")));
 }
 

@@ -116,7 +116,8 @@ std::string error_plot(const Report& report, const std::string& title, double (*
   for (std::size_t i = 0; i < report.runs.size(); ++i) {
     if (!report.runs[i].evaluation) continue;
     PlotSeries series{report.runs[i].name, kRunColours[i % kRunColours.size()].css, {}};
-    for (const PoseError& e : report.runs[i].evaluation->errors) series.points.emplace_back(e.distance_m, part(e.error_m));
+    for (const PoseError& e : report.runs[i].evaluation->errors)
+      series.points.emplace_back(e.distance_m, part(e.error_m));
     plot.series.push_back(std::move(series));
   }
   return plot.series.empty() ? "" : to_svg(plot);
@@ -136,9 +137,12 @@ pre{overflow-x:auto;font-size:12px}
 std::string escaped(const std::string& text) {
   std::string html;
   for (const char c : text) {
-    if (c == '<') html += "&lt;";
-    else if (c == '&') html += "&amp;";
-    else html += c;
+    if (c == '<')
+      html += "&lt;";
+    else if (c == '&')
+      html += "&amp;";
+    else
+      html += c;
   }
   return html;
 }
@@ -161,8 +165,9 @@ Report read_report(const std::vector<fs::path>& runs, const std::optional<fs::pa
 void write_map_picture(const Report& report, const fs::path& file) { map_of(report).write(file); }
 
 void write_html(const Report& report, const fs::path& file) {
-  std::string html = "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\">"
-                     "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>demslam report</title>";
+  std::string html =
+      "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\">"
+      "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>demslam report</title>";
   html += std::string(kStyle) + "</head><body><h1>demslam report</h1>\n" + map_element(report) + table_element(report);
   html += error_plot(report, "Horizontal error", [](const Eigen::Vector3d& e) { return e.head<2>().norm(); });
   html += error_plot(report, "Vertical error", [](const Eigen::Vector3d& e) { return std::abs(e.z()); });

@@ -34,15 +34,16 @@ Axes axes_of(const LinePlot& plot) {
   return {x_low, x_high, y_low, round_ticks(y_low, y_high, 5).back(), plot.width, plot.height};
 }
 
-std::string text(double u, double v, const std::string& anchor, const std::string& words, const std::string& more = "") {
+std::string text(double u, double v, const std::string& anchor, const std::string& words,
+                 const std::string& more = "") {
   return fmt::format(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="{}" {}>{}</text>)", u, v, anchor, more, words) + "\n";
 }
 
 std::string grid(const Axes& axes) {
   std::string svg;
   for (const double y : round_ticks(axes.y_low, axes.y_high, 5)) {
-    svg += fmt::format(R"(<line class="grid" x1="{}" x2="{}" y1="{:.1f}" y2="{:.1f}"/>)", kLeft, axes.width - kRight, axes.v(y),
-                       axes.v(y));
+    svg += fmt::format(R"(<line class="grid" x1="{}" x2="{}" y1="{:.1f}" y2="{:.1f}"/>)", kLeft, axes.width - kRight,
+                       axes.v(y), axes.v(y));
     svg += text(kLeft - 8.0, axes.v(y) + 4.0, "end", fmt::format("{:g}", y));
   }
   for (const double x : round_ticks(axes.x_low, axes.x_high, 8)) {
@@ -55,7 +56,8 @@ std::string grid(const Axes& axes) {
 std::string line(const PlotSeries& series, const Axes& axes) {
   std::string points;
   for (const auto& [x, y] : series.points) points += fmt::format("{:.1f},{:.1f} ", axes.u(x), axes.v(y));
-  return fmt::format(R"(<polyline fill="none" stroke="{}" stroke-width="2" points="{}"/>)", series.colour, points) + "\n";
+  return fmt::format(R"(<polyline fill="none" stroke="{}" stroke-width="2" points="{}"/>)", series.colour, points) +
+         "\n";
 }
 
 }  // namespace
@@ -75,11 +77,12 @@ std::vector<double> round_ticks(double low, double high, int count) {
 
 std::string to_svg(const LinePlot& plot) {
   const Axes axes = axes_of(plot);
-  std::string svg = fmt::format(R"(<svg class="plot" viewBox="0 0 {} {}" role="img" aria-label="{}">)", plot.width, plot.height,
-                                plot.title) +
+  std::string svg = fmt::format(R"(<svg class="plot" viewBox="0 0 {} {}" role="img" aria-label="{}">)", plot.width,
+                                plot.height, plot.title) +
                     "\n" + text(kLeft, 22.0, "start", plot.title, "class=\"title\"") + grid(axes);
   svg += text(0.5 * (kLeft + plot.width), plot.height - 8.0, "middle", plot.x_label);
-  svg += text(14.0, 0.5 * plot.height, "middle", plot.y_label, fmt::format("transform=\"rotate(-90 14 {})\"", 0.5 * plot.height));
+  svg += text(14.0, 0.5 * plot.height, "middle", plot.y_label,
+              fmt::format("transform=\"rotate(-90 14 {})\"", 0.5 * plot.height));
   double legend_u = plot.width - kRight;
   for (const PlotSeries& series : plot.series) {
     svg += line(series, axes);

@@ -15,7 +15,7 @@ struct PlotSeries {
 struct LinePlot {
   std::string title, x_label, y_label;  ///< labels carry their units
   std::vector<PlotSeries> series;
-  int width = 900, height = 320;        ///< pixels
+  int width = 900, height = 320;  ///< pixels
 };
 
 /// A self-contained <svg> element with axes, ticks at round numbers and a legend.

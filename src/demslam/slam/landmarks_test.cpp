@@ -31,7 +31,8 @@ TEST(GroundLandmarks, AreThePointsWithinTheDepthLimits) {
 TEST(GroundLandmarks, CovarianceIsTheScatterOfNoisyMeasurements) {
   const Eigen::Vector3d p_left(1.0, 1.5, 8.0);
   const MotionOptions noise{.pixel_sigma_px = 0.5, .disparity_sigma_px = 0.1};
-  const Eigen::Matrix3d predicted = ground_landmarks(0, rig(), features_at({p_left}), noise, {}).points.at(0).covariance;
+  const Eigen::Matrix3d predicted =
+      ground_landmarks(0, rig(), features_at({p_left}), noise, {}).points.at(0).covariance;
   Random random(3);
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   constexpr int n = 20000;

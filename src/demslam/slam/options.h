@@ -18,8 +18,8 @@ struct SlamOptions {
   AnchoringOptions anchoring;
   LandmarkOptions landmarks;  ///< for terrain patches
 
-  bool use_loops = true;           ///< false: --no-loops
-  bool use_dem = true;             ///< false: --no-dem; without a DEM nothing changes
+  bool use_loops = true;              ///< false: --no-loops
+  bool use_dem = true;                ///< false: --no-dem; without a DEM nothing changes
   int optimize_every_keyframes = 50;  ///< batch optimisation in the run, besides those after a loop and at the end
 };
 

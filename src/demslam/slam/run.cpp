@@ -52,7 +52,8 @@ class Prefetch {
   std::future<RectifiedFrame> pending_;
 };
 
-std::optional<fs::path> chosen_dem(const RunInputs& inputs, const StereoSequence& sequence, const SlamOptions& options) {
+std::optional<fs::path> chosen_dem(const RunInputs& inputs, const StereoSequence& sequence,
+                                   const SlamOptions& options) {
   if (!options.use_dem) return std::nullopt;
   return inputs.dem ? inputs.dem : sequence.dem_file();
 }
@@ -61,8 +62,9 @@ StartPose chosen_start(const RunInputs& inputs, const StereoSequence& sequence, 
   if (inputs.start) return read_start_pose(*inputs.start);
   if (const auto start = sequence.start()) return *start;
   if (anchored) {
-    throw Error(inputs.dataset.string() +
-                ": a DEM needs to know where the rover starts; pass --start FILE with T_map_body (see docs/datasets.md)");
+    throw Error(
+        inputs.dataset.string() +
+        ": a DEM needs to know where the rover starts; pass --start FILE with T_map_body (see docs/datasets.md)");
   }
   return {};
 }
@@ -75,8 +77,8 @@ StartPrior prior_of(const StartPose& start) {
 
 std::size_t last_frame(const RunInputs& inputs, const StereoSequence& sequence) {
   if (inputs.first_frame >= sequence.size()) {
-    throw Error(inputs.dataset.string() + ": has " + std::to_string(sequence.size()) + " frames; the first one asked for is " +
-                std::to_string(inputs.first_frame));
+    throw Error(inputs.dataset.string() + ": has " + std::to_string(sequence.size()) +
+                " frames; the first one asked for is " + std::to_string(inputs.first_frame));
   }
   const std::size_t left = sequence.size() - inputs.first_frame;
   return inputs.first_frame + (inputs.max_frames == 0 ? left : std::min(left, inputs.max_frames));

@@ -12,21 +12,21 @@ namespace demslam {
 /// What a run reads and where it writes.
 struct RunInputs {
   std::filesystem::path dataset;
-  std::string format;                               ///< empty: recognised
-  std::optional<std::filesystem::path> dem;         ///< default: the dataset's own, if it has one
-  std::optional<std::filesystem::path> calibration; ///< replaces the dataset's own
-  std::optional<std::filesystem::path> start;       ///< start.toml; default: the dataset's own
-  std::filesystem::path output;                     ///< the run folder
+  std::string format;                                ///< empty: recognised
+  std::optional<std::filesystem::path> dem;          ///< default: the dataset's own, if it has one
+  std::optional<std::filesystem::path> calibration;  ///< replaces the dataset's own
+  std::optional<std::filesystem::path> start;        ///< start.toml; default: the dataset's own
+  std::filesystem::path output;                      ///< the run folder
   bool overwrite = false;
-  std::size_t first_frame = 0, max_frames = 0;      ///< 0: to the end
-  std::string config_toml;                          ///< effective options as text, stored beside the result
+  std::size_t first_frame = 0, max_frames = 0;  ///< 0: to the end
+  std::string config_toml;                      ///< effective options as text, stored beside the result
 };
 
 struct RunReport {
   SlamResult result;
   std::size_t frames_in_dataset = 0, frames_asked = 0;
-  bool interrupted = false;   ///< stopped early on request; the folder is valid and holds what was done
-  bool anchored = false;      ///< a DEM was used
+  bool interrupted = false;  ///< stopped early on request; the folder is valid and holds what was done
+  bool anchored = false;     ///< a DEM was used
   double seconds = 0.0;
 };
 

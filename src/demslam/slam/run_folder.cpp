@@ -14,7 +14,8 @@ using Json = nlohmann::ordered_json;
 
 /// Seconds with all nine digits, written from the integer so that nothing is rounded.
 std::string seconds_text(TimestampNs t_ns) {
-  return fmt::format("{}{}.{:09d}", t_ns < 0 ? "-" : "", std::abs(t_ns / 1'000'000'000), std::abs(t_ns % 1'000'000'000));
+  return fmt::format("{}{}.{:09d}", t_ns < 0 ? "-" : "", std::abs(t_ns / 1'000'000'000),
+                     std::abs(t_ns % 1'000'000'000));
 }
 
 std::string tum_text(const Trajectory& trajectory) {
@@ -22,14 +23,15 @@ std::string tum_text(const Trajectory& trajectory) {
   for (const auto& [t_ns, pose] : trajectory) {
     const auto& p = pose.translation();
     const auto& q = pose.rotation();
-    text += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.12f} {:.12f} {:.12f} {:.12f}\n", seconds_text(t_ns), p.x(), p.y(), p.z(),
-                        q.x(), q.y(), q.z(), q.w());
+    text += fmt::format("{} {:.9f} {:.9f} {:.9f} {:.12f} {:.12f} {:.12f} {:.12f}\n", seconds_text(t_ns), p.x(), p.y(),
+                        p.z(), q.x(), q.y(), q.z(), q.w());
   }
   return text;
 }
 
 std::string covariance_text(const std::vector<KeyframeEstimate>& keyframes) {
-  std::string text = "# 6x6 covariance of the right perturbation of T_map_body (rotation [rad], translation [m]), row-major\nt_ns";
+  std::string text =
+      "# 6x6 covariance of the right perturbation of T_map_body (rotation [rad], translation [m]), row-major\nt_ns";
   for (int row = 0; row < 6; ++row) {
     for (int col = 0; col < 6; ++col) text += fmt::format(",c{}{}", row, col);
   }
@@ -59,9 +61,12 @@ std::string geojson_text(const Trajectory& trajectory, const LocalFrame& frame) 
 
 const char* name_of(LoopStatus status) {
   switch (status) {
-    case LoopStatus::accepted: return "accepted";
-    case LoopStatus::not_matched: return "not matched";
-    case LoopStatus::inconsistent: return "inconsistent";
+    case LoopStatus::accepted:
+      return "accepted";
+    case LoopStatus::not_matched:
+      return "not matched";
+    case LoopStatus::inconsistent:
+      return "inconsistent";
   }
   return "";
 }

@@ -11,8 +11,8 @@
 namespace demslam {
 
 /// The files of a run (docs/run-folder.md):
-///   trajectory.tum   anchored poses T_map_body of all tracked frames      odometry.tum   the same without DEM and loops
-///   covariance.csv   6x6 per keyframe                                     frames.jsonl   one record per frame
+///   trajectory.tum   anchored poses T_map_body of all tracked frames      odometry.tum   the same without DEM and
+///   loops covariance.csv   6x6 per keyframe                                     frames.jsonl   one record per frame
 ///   config.toml      effective options                                    summary.json   inputs, counts, versions
 ///   timings.csv      wall-clock per frame, the one file that differs between two identical runs
 ///   trajectory.geojson   longitude, latitude, height, when the DEM has a CRS

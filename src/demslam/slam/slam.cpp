@@ -71,7 +71,8 @@ struct Slam::State {
   /// The odometry's measurement between two keyframes, moved from the camera to the body.
   RelativePose measurement(const OdometryResult& result) const {
     const Matrix6d ad = T_body_left.adjoint();
-    return {result.reference_keyframe, result.keyframe, T_reference_body(result), ad * result.covariance * ad.transpose()};
+    return {result.reference_keyframe, result.keyframe, T_reference_body(result),
+            ad * result.covariance * ad.transpose()};
   }
 
   void add_first_keyframe(const OdometryResult& result) {
@@ -84,7 +85,8 @@ struct Slam::State {
     const RelativePose odometry_ij = measurement(result);
     graph.add_keyframe(graph.T_map_body(odometry_ij.i) * graph.corrected_odometry(odometry_ij));
     graph.add_odometry(odometry_ij);
-    keyframes.push_back({result.t_ns, keyframes[odometry_ij.i].T_map_body_odometry * odometry_ij.T_i_j, result.features});
+    keyframes.push_back(
+        {result.t_ns, keyframes[odometry_ij.i].T_map_body_odometry * odometry_ij.T_i_j, result.features});
   }
 
   void anchor_keyframe(const OdometryResult& result) {
@@ -163,9 +165,9 @@ FrameRecord Slam::process(TimestampNs t_ns, const Image& left, const Image& righ
     record.optimize_ms = optimization.elapsed_ms();
   }
   s.track(record.odometry);
-  record.T_map_body = record.odometry.is_keyframe
-                          ? s.graph.T_map_body(record.odometry.keyframe)
-                          : s.graph.T_map_body(record.odometry.reference_keyframe) * s.T_reference_body(record.odometry);
+  record.T_map_body = record.odometry.is_keyframe ? s.graph.T_map_body(record.odometry.keyframe)
+                                                  : s.graph.T_map_body(record.odometry.reference_keyframe) *
+                                                        s.T_reference_body(record.odometry);
   record.odometry.features.reset();
   record.total_ms = total.elapsed_ms();
   return record;

@@ -13,9 +13,9 @@ namespace demslam {
 /// What happened at one frame; one line of frames.jsonl.
 struct FrameRecord {
   std::size_t index = 0;
-  OdometryResult odometry;             ///< features dropped
-  Pose T_map_body;                     ///< present estimate
-  std::optional<LoopResult> loop;      ///< the best candidate that was tried, if any
+  OdometryResult odometry;         ///< features dropped
+  Pose T_map_body;                 ///< present estimate
+  std::optional<LoopResult> loop;  ///< the best candidate that was tried, if any
   bool optimized = false;
   double loop_ms = 0.0, optimize_ms = 0.0, total_ms = 0.0;
 };

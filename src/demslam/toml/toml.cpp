@@ -283,7 +283,9 @@ void TomlWriter::field(std::string_view key, std::uint64_t value) { line(key, st
 void TomlWriter::field(std::string_view key, bool value) { line(key, value ? "true" : "false"); }
 void TomlWriter::field(std::string_view key, const std::string& value) { line(key, quoted(value)); }
 void TomlWriter::field(std::string_view key, const std::filesystem::path& value) { line(key, quoted(value.string())); }
-void TomlWriter::field(std::string_view key, const std::vector<double>& value) { line(key, bracketed(value, shortest)); }
+void TomlWriter::field(std::string_view key, const std::vector<double>& value) {
+  line(key, bracketed(value, shortest));
+}
 void TomlWriter::field(std::string_view key, const std::vector<std::string>& value) {
   line(key, bracketed(value, quoted));
 }
@@ -294,7 +296,8 @@ void TomlWriter::field(std::string_view key, const Eigen::Vector3d& value) {
   line(key, bracketed(std::vector<double>(value.data(), value.data() + 3), shortest));
 }
 void TomlWriter::field(std::string_view key, const std::vector<Eigen::Vector2d>& value) {
-  line(key, bracketed(value, [](const Eigen::Vector2d& p) { return "[" + shortest(p.x()) + ", " + shortest(p.y()) + "]"; }));
+  line(key,
+       bracketed(value, [](const Eigen::Vector2d& p) { return "[" + shortest(p.x()) + ", " + shortest(p.y()) + "]"; }));
 }
 void TomlWriter::field(std::string_view key, const Pose& value) {
   const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = value.matrix();
