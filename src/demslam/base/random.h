@@ -8,7 +8,8 @@ namespace demslam {
 /// SplitMix64 (Steele, Lea, Flood 2014) as generator and as hash of a seed and a stream.
 class Random {
  public:
-  explicit Random(std::uint64_t seed, std::uint64_t stream = 0) : state_(mix(seed) ^ mix(stream + 0x9e3779b97f4a7c15ULL)) {}
+  explicit Random(std::uint64_t seed, std::uint64_t stream = 0)
+      : state_(mix(seed) ^ mix(stream + 0x9e3779b97f4a7c15ULL)) {}
 
   std::uint64_t next() { return mix(state_ += 0x9e3779b97f4a7c15ULL); }
   /// Uniform in [0, 1).

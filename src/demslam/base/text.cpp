@@ -133,9 +133,13 @@ void write_text(const std::filesystem::path& file, std::string_view text) {
 }
 
 std::optional<TimestampNs> seconds_to_ns(std::string_view decimal_seconds) {
-  auto decimal = parse_decimal(decimal_seconds);
+  return scaled_integer(decimal_seconds, 9);
+}
+
+std::optional<std::int64_t> scaled_integer(std::string_view text, int power) {
+  auto decimal = parse_decimal(text);
   if (!decimal) return std::nullopt;
-  const int kept = decimal->exponent + 9;  // digits in front of the nanosecond's own point
+  const int kept = decimal->exponent + power;  // digits in front of the result's point
   if (kept < 0) return 0;
   const bool round_up = static_cast<std::size_t>(kept) < decimal->digits.size() && decimal->digits[kept] >= '5';
   decimal->digits.resize(kept, '0');

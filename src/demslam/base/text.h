@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -42,6 +43,9 @@ void write_text(const std::filesystem::path& file, std::string_view text);
 /// Decimal seconds ("1403715529.112143517", "1.403715529112143517e+09") as nanoseconds, without a detour through
 /// floating point; digits beyond the ninth decimal are rounded. Nothing when the text is no number or does not fit.
 std::optional<TimestampNs> seconds_to_ns(std::string_view decimal_seconds);
+
+/// A decimal number times 10^`power` as an integer, rounded half away from zero; seconds_to_ns() with another power.
+std::optional<std::int64_t> scaled_integer(std::string_view decimal, int power);
 
 /// Nanoseconds as decimal seconds with nine decimals, exactly.
 std::string seconds_text(TimestampNs t_ns);

@@ -23,6 +23,12 @@ TEST(Text, SecondsBecomeNanosecondsWithoutLosingADigit) {
   EXPECT_EQ(seconds_to_ns("1e-20"), 0);
 }
 
+TEST(Text, ScalesDecimalsByAnyPower) {
+  EXPECT_EQ(scaled_integer("1.625657732290284032e+18", 0), 1625657732290284032);
+  EXPECT_EQ(scaled_integer("1625657732290284032.000000", 0), 1625657732290284032);
+  EXPECT_EQ(scaled_integer("-2.5", 0), -3);
+}
+
 TEST(Text, RefusesSecondsThatAreNoNumberOrDoNotFit) {
   for (const char* text : {"", ".", "nan", "1.2.3", "1e", "1e400", "12x", "99999999999999", "- 1"}) {
     EXPECT_EQ(seconds_to_ns(text), std::nullopt) << text;
