@@ -8,6 +8,7 @@
 
 #include "demslam/anchoring/dem_factors.h"
 #include "demslam/anchoring/patch_factor.h"
+#include "demslam/dem/wiener.h"
 
 namespace demslam {
 namespace {
@@ -31,7 +32,16 @@ double tilt_of(const Pose& T_map_body) {
 
 DemAnchor::DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& options,
                      const Eigen::Vector3d& p_body_ground, const Pose& T_body_left)
-    : dem_(std::move(dem)), options_(options), p_body_ground_(p_body_ground), T_body_left_(T_body_left) {}
+    : dem_(std::move(dem)),
+      options_(options),
+      error_{options.sigma_dem_m, options.dem_correlation_m},
+      p_body_ground_(p_body_ground),
+      T_body_left_(T_body_left) {
+  if (!options.filter_dem) return;
+  FilteredDem filtered = wiener_filtered(dem_->raster(), error_);
+  dem_ = std::make_shared<Dem>(std::move(filtered.dem), dem_->interpolation());
+  error_ = filtered.remaining;
+}
 
 void DemAnchor::add_landmarks(KeyframeLandmarks landmarks) {
   if (options_.patches) landmarks_.push_back(std::move(landmarks));
@@ -59,7 +69,7 @@ void DemAnchor::anchor(PoseGraph& graph, std::size_t keyframe) {
     return;
   }
   if (options_.height) {
-    const auto noise = robust(1, std::hypot(options_.sigma_dem_m, options_.sigma_contact_m), options_.kernel_sigmas);
+    const auto noise = robust(1, std::hypot(error_.sigma_m, options_.sigma_contact_m), options_.kernel_sigmas);
     graph.add_factor(boost::make_shared<DemHeightFactor>(keyframe, dem_, p_body_ground_, noise, gradient(options_)));
     ++report_.height;
   }
@@ -84,8 +94,7 @@ void DemAnchor::close_stretch(PoseGraph& graph, std::size_t end) {
   }
   const auto patch = build_patch(stretch, middle, graph.T_map_body(middle), *dem_, options_.patch);
   if (patch) {
-    const DemErrorModel error{options_.sigma_dem_m, options_.dem_correlation_m};
-    graph.add_factor(boost::make_shared<TerrainPatchFactor>(*patch, dem_, error, options_.patch_factor));
+    graph.add_factor(boost::make_shared<TerrainPatchFactor>(*patch, dem_, error_, options_.patch_factor));
     ++report_.patches;
     report_.patch_cells += static_cast<int>(patch->cells.size());
   } else {

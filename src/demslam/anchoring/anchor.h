@@ -16,7 +16,8 @@ struct AnchoringOptions {
   bool height = true;               ///< the height factor on the ground contact point
   double spacing_m = 5.0;           ///< path between two keyframes with height and normal factors
   double sigma_dem_m = 0.5;         ///< the DEM's vertical error,
-  double dem_correlation_m = 10.0;  ///< correlated over this distance (patches only)
+  double dem_correlation_m = 10.0;  ///< correlated over this distance (patches and filter)
+  bool filter_dem = false;          ///< tie to the most probable terrain instead of the DEM as it is (dem/wiener.h)
   double sigma_contact_m = 0.15;    ///< ground inside a cell against the cell's height, added in quadrature
   bool normal = true;               ///< the normal factor
   double sigma_normal_deg = 4.0;    ///< the DEM's slope error and wheelbase against cell
@@ -56,6 +57,7 @@ class DemAnchor {
 
   std::shared_ptr<const Dem> dem_;
   AnchoringOptions options_;
+  DemErrorModel error_;
   Eigen::Vector3d p_body_ground_;
   Pose T_body_left_;
   AnchoringReport report_;

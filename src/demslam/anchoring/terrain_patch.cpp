@@ -69,10 +69,6 @@ std::optional<PatchCell> average(const std::vector<Sounding>& soundings, const P
 
 }  // namespace
 
-double DemErrorModel::covariance(double distance_m) const {
-  return sigma_m * sigma_m * std::exp(-distance_m / correlation_length_m);
-}
-
 std::optional<TerrainPatch> build_patch(const std::vector<PosedLandmarks>& stretch, std::size_t keyframe,
                                         const Pose& T_map_body, const Dem& dem, const PatchOptions& options) {
   TerrainPatch patch{.keyframe = keyframe};

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "demslam/dem/dem.h"
+#include "demslam/dem/error_model.h"
 #include "demslam/geometry/pose.h"
 
 namespace demslam {
@@ -18,14 +19,6 @@ struct LandmarkPoint {
 struct KeyframeLandmarks {
   std::size_t keyframe = 0;
   std::vector<LandmarkPoint> points;
-};
-
-/// Error of the DEM's heights: stationary, autocorrelation exp(-d / correlation_length).
-struct DemErrorModel {
-  double sigma_m = 0.5;
-  double correlation_length_m = 10.0;
-
-  double covariance(double distance_m) const;
 };
 
 /// One cell of local ground: the mean of the points seen in it, in the body frame of the patch's keyframe.

@@ -1,0 +1,149 @@
+#include "demslam/dem/wiener.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "demslam/base/error.h"
+
+namespace demslam {
+namespace {
+
+constexpr int kRadius = 9;  // cells: the kernel is 19 x 19
+constexpr int kSide = 2 * kRadius + 1;
+constexpr int kTaps = kSide * kSide;
+constexpr int kShortLag = 8, kLongLag = 20;  // cells, where the terrain's power law is fitted
+constexpr int kErrorLags = 12;               // cells, how far the remaining error's correlation is followed
+
+/// Half the mean squared difference of heights `lag` cells apart, along both axes.
+double variogram(const DemRaster& dem, int lag) {
+  double sum = 0.0;
+  std::size_t pairs = 0;
+  const auto add = [&](float a, float b) {
+    const double difference = static_cast<double>(a) - b;
+    if (!std::isfinite(difference)) return;
+    sum += difference * difference;
+    ++pairs;
+  };
+  for (int row = 0; row < dem.rows; ++row) {
+    for (int col = 0; col < dem.cols; ++col) {
+      if (col + lag < dem.cols) add(dem.at(row, col), dem.at(row, col + lag));
+      if (row + lag < dem.rows) add(dem.at(row, col), dem.at(row + lag, col));
+    }
+  }
+  if (pairs < 1000) throw Error("the DEM is too small to filter: fewer than 1000 pairs of cells at the longest lag");
+  return 0.5 * sum / static_cast<double>(pairs);
+}
+
+/// Terrain variogram c d^p, d in cells.
+struct PowerLaw {
+  double c = 0.0, p = 1.0;
+
+  /// Generalised covariance: valid between weights that sum to zero.
+  double covariance(double cells) const { return -c * std::pow(cells, p); }
+};
+
+PowerLaw terrain_law(const DemRaster& dem, const DemErrorModel& error) {
+  const double variance = error.covariance(0.0);
+  const auto terrain = [&](int lag) {
+    const double of_error = variance - error.covariance(lag * dem.cell_m);
+    return std::max(variogram(dem, lag) - of_error, 0.01 * variance * lag / kLongLag + 1e-9);
+  };
+  const double near = terrain(kShortLag), far = terrain(kLongLag);
+  PowerLaw law;
+  law.p = std::clamp(std::log(far / near) / std::log(static_cast<double>(kLongLag) / kShortLag), 0.8, 1.9);
+  law.c = far / std::pow(kLongLag, law.p);
+  return law;
+}
+
+std::pair<int, int> offset_of(int tap) { return {tap % kSide - kRadius, tap / kSide - kRadius}; }
+
+double separation(int a, int b, int shift = 0) {
+  const auto [ax, ay] = offset_of(a);
+  const auto [bx, by] = offset_of(b);
+  return std::hypot(ax - bx - shift, ay - by);
+}
+
+/// Weights of the window that estimate the terrain at its centre.
+Eigen::VectorXd kriging_weights(const PowerLaw& terrain, const DemErrorModel& error, double cell_m) {
+  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(kTaps + 3, kTaps + 3);
+  Eigen::VectorXd target = Eigen::VectorXd::Zero(kTaps + 3);
+  const int centre = kTaps / 2;
+  for (int i = 0; i < kTaps; ++i) {
+    for (int j = 0; j < kTaps; ++j) {
+      system(i, j) = terrain.covariance(separation(i, j)) + error.covariance(separation(i, j) * cell_m);
+    }
+    target[i] = terrain.covariance(separation(i, centre));
+    const auto [dx, dy] = offset_of(i);
+    const Eigen::Vector3d drift(1.0, dx, dy);
+    system.block<1, 3>(i, kTaps) = drift.transpose();
+    system.block<3, 1>(kTaps, i) = drift;
+  }
+  target[kTaps] = 1.0;
+  return system.partialPivLu().solve(target).head(kTaps);
+}
+
+/// Covariance of the filtered heights' errors `shift` cells apart: noise that passes, terrain that does not.
+double remaining_covariance(const Eigen::VectorXd& weights, const PowerLaw& terrain, const DemErrorModel& error,
+                            double cell_m, int shift) {
+  Eigen::VectorXd lost = weights;
+  lost[kTaps / 2] -= 1.0;
+  double sum = 0.0;
+  for (int i = 0; i < kTaps; ++i) {
+    for (int j = 0; j < kTaps; ++j) {
+      const double cells = separation(i, j, shift);
+      sum += weights[i] * weights[j] * error.covariance(cells * cell_m) + lost[i] * lost[j] * terrain.covariance(cells);
+    }
+  }
+  return sum;
+}
+
+DemErrorModel remaining_error(const Eigen::VectorXd& weights, const PowerLaw& terrain, const DemErrorModel& error,
+                              double cell_m) {
+  const double variance = std::max(1e-6, remaining_covariance(weights, terrain, error, cell_m, 0));
+  double before = 1.0;
+  for (int lag = 1; lag <= kErrorLags; ++lag) {
+    const double correlation = remaining_covariance(weights, terrain, error, cell_m, lag) / variance;
+    if (correlation < std::exp(-1.0)) {
+      const double part = (before - std::exp(-1.0)) / (before - correlation);
+      return {std::sqrt(variance), (lag - 1 + part) * cell_m};
+    }
+    before = correlation;
+  }
+  return {std::sqrt(variance), kErrorLags * cell_m};
+}
+
+/// Weighted mean over the window. The kernel is symmetric, so cells count in opposite pairs; a pair that is not
+/// complete counts as the centre, which keeps planes planes.
+double filtered_height(const DemRaster& dem, const Eigen::VectorXd& weights, int row, int col) {
+  const double centre = dem.at(row, col);
+  double sum = weights[kTaps / 2] * centre;
+  const auto height = [&](int r, int c) {
+    const bool inside = r >= 0 && c >= 0 && r < dem.rows && c < dem.cols;
+    return inside ? dem.at(r, c) : std::nanf("");
+  };
+  for (int tap = 0; tap < kTaps / 2; ++tap) {
+    const auto [dx, dy] = offset_of(tap);
+    const double pair = static_cast<double>(height(row + dy, col + dx)) + height(row - dy, col - dx);
+    sum += weights[tap] * (std::isfinite(pair) ? pair : 2.0 * centre);
+  }
+  return sum;
+}
+
+}  // namespace
+
+FilteredDem wiener_filtered(const DemRaster& dem, const DemErrorModel& error) {
+  const PowerLaw terrain = terrain_law(dem, error);
+  const Eigen::VectorXd weights = kriging_weights(terrain, error, dem.cell_m);
+  FilteredDem result{dem, remaining_error(weights, terrain, error, dem.cell_m)};
+  for (int row = 0; row < dem.rows; ++row) {
+    for (int col = 0; col < dem.cols; ++col) {
+      result.dem.at(row, col) = static_cast<float>(filtered_height(dem, weights, row, col));
+    }
+  }
+  return result;
+}
+
+}  // namespace demslam

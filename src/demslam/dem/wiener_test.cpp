@@ -1,0 +1,72 @@
+#include "demslam/dem/wiener.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "demslam/base/error.h"
+#include "demslam/base/random.h"
+#include "demslam/dem/perturb.h"
+
+namespace demslam {
+namespace {
+
+DemRaster flat(int side) {
+  DemRaster dem{.rows = side, .cols = side, .cell_m = 5.0, .west_m = 0.0, .north_m = 5.0 * side};
+  dem.heights.assign(static_cast<std::size_t>(side) * side, 0.0F);
+  return dem;
+}
+
+DemRaster hills(int side, double rms_m) {
+  return perturb(flat(side), {.noise_m = {.rms = rms_m, .correlation_length_m = 150.0, .seed = 1}});
+}
+
+DemRaster noisy(const DemRaster& dem) {
+  return perturb(dem, {.noise_m = {.rms = 0.5, .correlation_length_m = 6.0, .seed = 2}});
+}
+
+double rms_difference(const DemRaster& a, const DemRaster& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.heights.size(); ++i) sum += std::pow(a.heights[i] - b.heights[i], 2);
+  return std::sqrt(sum / static_cast<double>(a.heights.size()));
+}
+
+const DemErrorModel kError{.sigma_m = 0.5, .correlation_length_m = 5.0};
+
+TEST(WienerFilter, TakesNoiseOutOfWeakRelief) {
+  const DemRaster truth = hills(120, 1.0);
+  const FilteredDem filtered = wiener_filtered(noisy(truth), kError);
+  const double error_m = rms_difference(filtered.dem, truth);
+  EXPECT_LT(error_m, 0.25);
+  EXPECT_NEAR(filtered.remaining.sigma_m, error_m, 0.5 * error_m);
+  EXPECT_GT(filtered.remaining.correlation_length_m, kError.correlation_length_m);
+}
+
+TEST(WienerFilter, LeavesStrongReliefAlone) {
+  DemRaster rugged = flat(120);
+  Random random(4);
+  for (float& h : rugged.heights) h = static_cast<float>(20.0 * random.normal());
+  EXPECT_LT(rms_difference(wiener_filtered(rugged, {.sigma_m = 0.05, .correlation_length_m = 5.0}).dem, rugged), 1.0);
+}
+
+TEST(WienerFilter, PassesAPlaneUnchangedUpToItsEdges) {
+  DemRaster plane = flat(60);
+  for (int row = 0; row < 60; ++row) {
+    for (int col = 0; col < 60; ++col) plane.at(row, col) = static_cast<float>(0.3 * col - 0.2 * row);
+  }
+  EXPECT_LT(rms_difference(wiener_filtered(plane, kError).dem, plane), 1e-4);
+}
+
+TEST(WienerFilter, LeavesHolesHolesAndTheirNeighboursValid) {
+  DemRaster dem = noisy(hills(60, 1.0));
+  dem.at(30, 30) = std::numeric_limits<float>::quiet_NaN();
+  const FilteredDem filtered = wiener_filtered(dem, kError);
+  EXPECT_TRUE(std::isnan(filtered.dem.at(30, 30)));
+  EXPECT_TRUE(std::isfinite(filtered.dem.at(30, 31)));
+}
+
+TEST(WienerFilter, RefusesADemThatIsTooSmall) { EXPECT_THROW(wiener_filtered(flat(10), kError), Error); }
+
+}  // namespace
+}  // namespace demslam
