@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "demslam/base/error.h"
+#include "demslam/sim/planner.h"
 #include "demslam/sim/rocks.h"
 #include "demslam/sim/test_scenes.h"
 
@@ -89,6 +90,31 @@ TEST(Route, PassesItsWaypointsWithoutAKink) {
   for (double s = 0.5; s < route.length_m(); s += 0.1) {
     EXPECT_LT(std::abs(std::remainder(route.heading(s) - route.heading(s - 0.1), 2.0 * std::numbers::pi)), 0.05) << s;
   }
+}
+
+TEST(Planner, GoesAroundASteepHillAndAHole) {
+  DemRaster raster = plane_raster(0.0, {0.0, 0.0}, 400, 1.0);
+  for (int row = 0; row < 400; ++row) {
+    for (int col = 0; col < 400; ++col) {
+      const double r = (raster.centre(row, col) - Eigen::Vector2d(-60.0, 0.0)).norm();
+      raster.at(row, col) = static_cast<float>(30.0 * std::exp(-r * r / 800.0));
+      if ((raster.centre(row, col) - Eigen::Vector2d(60.0, 0.0)).norm() < 15.0) raster.at(row, col) = std::nanf("");
+    }
+  }
+  const Terrain terrain(smooth_ground(), 1, raster);
+  RoverOptions rover;
+  rover.route = RouteKind::planned;
+  rover.waypoints_m = {{-150.0, 0.0}, {150.0, 0.0}};
+  const Route route(with_planned_route(terrain, rover));
+  EXPECT_LT((route.position(route.length_m()) - Eigen::Vector2d(150.0, 0.0)).norm(), 5.0);
+  EXPECT_GT(route.distance_m({-60.0, 0.0}), 25.0);
+  EXPECT_GT(route.distance_m({60.0, 0.0}), 15.0);
+  EXPECT_LT(route.length_m(), 420.0);
+}
+
+TEST(Planner, SaysWhichWaypointCannotBeReached) {
+  const Terrain terrain(smooth_ground(), 1, plane_raster(0.0, {0.0, 0.0}, 100, 1.0));
+  EXPECT_THROW(plan(terrain, {{0.0, 0.0}, {500.0, 0.0}}), Error);
 }
 
 TEST(RockField, CoversTheAreaThatGolombeksLawSays) {

@@ -11,7 +11,7 @@ namespace demslam {
 
 enum class Relief { flat, mare, mid, highland };
 enum class Photometry { lambert, lunar_lambert, hapke };
-enum class RouteKind { straight, loop, waypoints };
+enum class RouteKind { straight, loop, waypoints, planned };
 
 /// The rendered ground: a base surface (a DEM file, or generated), and everything finer than it, which is always
 /// generated.

@@ -17,8 +17,10 @@ inline constexpr EnumNames<Relief, 4> kReliefNames{
     {{Relief::flat, "flat"}, {Relief::mare, "mare"}, {Relief::mid, "mid"}, {Relief::highland, "highland"}}};
 inline constexpr EnumNames<Photometry, 3> kPhotometryNames{
     {{Photometry::lambert, "lambert"}, {Photometry::lunar_lambert, "lunar_lambert"}, {Photometry::hapke, "hapke"}}};
-inline constexpr EnumNames<RouteKind, 3> kRouteNames{
-    {{RouteKind::straight, "straight"}, {RouteKind::loop, "loop"}, {RouteKind::waypoints, "waypoints"}}};
+inline constexpr EnumNames<RouteKind, 4> kRouteNames{{{RouteKind::straight, "straight"},
+                                                      {RouteKind::loop, "loop"},
+                                                      {RouteKind::waypoints, "waypoints"},
+                                                      {RouteKind::planned, "planned"}}};
 
 /// A field that is an enumeration inside and a word in the file.
 template <class Io, class Enum, std::size_t N>
@@ -112,8 +114,9 @@ void rover_fields(Io& io, O& rover) {
   bounded(io, "length_m", rover.length_m, 0.1, 200000.0);
   io.field("waypoints_m", rover.waypoints_m);
   if constexpr (Io::kReads) {
-    if (rover.route == RouteKind::waypoints && rover.waypoints_m.size() < 2) {
-      io.fail("waypoints_m", "route = \"waypoints\" needs at least two points in 'waypoints_m'");
+    const bool through_points = rover.route == RouteKind::waypoints || rover.route == RouteKind::planned;
+    if (through_points && rover.waypoints_m.size() < 2) {
+      io.fail("waypoints_m", "this route needs at least two points in 'waypoints_m'");
     }
   }
   bounded(io, "speed_m_per_s", rover.speed_m_per_s, 0.001, 100.0);

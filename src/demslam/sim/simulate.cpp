@@ -12,6 +12,7 @@
 #include "demslam/dem/dem.h"
 #include "demslam/sim/dataset_writer.h"
 #include "demslam/sim/dem_product.h"
+#include "demslam/sim/planner.h"
 #include "demslam/sim/renderer.h"
 #include "demslam/sim/rover.h"
 #include "demslam/sim/sensor.h"
@@ -27,7 +28,7 @@ struct Mission {
   explicit Mission(const SceneOptions& options)
       : scene(options),
         terrain(options.terrain, options.seed),
-        route(options.rover),
+        route(with_planned_route(terrain, options.rover)),
         trajectory(drive(terrain, options.rover, route)),
         rig(stereo_rig(options.camera)),
         renderer(options, terrain, route) {}

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "demslam/sim/scene.h"
+#include "demslam/sim/terrain.h"
+
+namespace demslam {
+
+/// A drivable way through the waypoints: the cheapest path on a grid, where a metre costs 1 + (slope / 8 deg)^2, fifty
+/// times as much above 18 degrees, and holes of the DEM and the outside of the base surface are forbidden; then
+/// smoothed. Throws Error when a waypoint cannot be reached.
+std::vector<Eigen::Vector2d> plan(const Terrain& terrain, const std::vector<Eigen::Vector2d>& waypoints);
+
+/// The rover's options with a "planned" route replaced by the waypoints of the plan; any other route as it is.
+RoverOptions with_planned_route(const Terrain& terrain, RoverOptions rover);
+
+}  // namespace demslam
