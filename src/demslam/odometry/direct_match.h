@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "demslam/odometry/correspondence.h"
@@ -14,15 +15,21 @@ struct StereoView {
   std::shared_ptr<const Image> left, right;
 };
 
-/// Points of view a found again in view b by aligning their patches, from a pose that is known to a few pixels. Unlike
-/// descriptor matches these are exact to a tenth of a pixel, and need no feature to be detected twice. The patch is
-/// warped by the motion and by the slope of the surface. Both the correspondences and the indices of their keypoints in
-/// a.
-struct DirectMatches {
-  std::vector<Correspondence> correspondences;
-  std::vector<int> keypoints_a;
+/// A point of view a, carried by the patch around its pixel.
+struct PatchPoint {
+  StereoPixel pixel;
+  Eigen::Vector2f slope = Eigen::Vector2f::Zero();  ///< d(disparity) / d(u, v) around it
 };
-DirectMatches match_directly(const RectifiedRig& rig, const StereoView& a, const StereoView& b, const Pose& T_a_b);
+
+/// Finds a point of view a in view b by aligning its patch, from a pose known to a pixel or two: (u, v, d) exact to a
+/// tenth of a pixel, with no need of a feature detected twice. The patch is warped by the motion and the slope of the
+/// surface. d = 0 where the right image of b shows something else; none where the point is not seen.
+std::optional<StereoPixel> find_directly(const RectifiedRig& rig, const StereoView& a, const PatchPoint& point,
+                                         const StereoView& b, const Pose& T_b_a);
+
+/// All points of a with a depth that are found in b.
+std::vector<Correspondence> match_directly(const RectifiedRig& rig, const StereoView& a, const StereoView& b,
+                                           const Pose& T_a_b);
 
 /// Replaces the matches of a motion by direct ones and refines it with them. A motion that fewer of them support than
 /// its own matches did stays as it is.

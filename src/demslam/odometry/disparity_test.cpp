@@ -128,16 +128,16 @@ TEST(AlignPixel, FindsAPatchUnderStretchAndShift) {
                           std::make_shared<Image>(b.right)};
   const Pose T_a_b = T_world_a.inverse() * T_world_b;
   const Pose guess = T_a_b * Pose(rotation_from_rpy(0.001, -0.002, 0.001), {0.003, 0.002, -0.004});
-  const DirectMatches matches = match_directly(rig, view_a, view_b, guess);
-  ASSERT_GT(matches.correspondences.size(), 100U);
+  const std::vector<Correspondence> matches = match_directly(rig, view_a, view_b, guess);
+  ASSERT_GT(matches.size(), 100U);
   double squared = 0.0;
-  for (const Correspondence& c : matches.correspondences) {
+  for (const Correspondence& c : matches) {
     const Eigen::Vector2d pixel_a = c.a.head<2>();
     const Eigen::Vector3d p_b =
         T_a_b.inverse() * (true_depth(rig, T_world_a, pixel_a) * rig.unproject(pixel_a, rig.focal_px * rig.baseline_m));
     squared += (rig.project(p_b) - c.b.head<2>()).squaredNorm();
   }
-  EXPECT_LT(std::sqrt(squared / matches.correspondences.size()), 0.2);
+  EXPECT_LT(std::sqrt(squared / matches.size()), 0.2);
 }
 
 }  // namespace

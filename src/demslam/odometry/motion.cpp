@@ -9,18 +9,13 @@
 namespace demslam {
 namespace {
 
-StereoPixel stereo_pixel(const StereoFeatures& features, int index) {
-  const Eigen::Vector2f& pixel = features.left.keypoints[index];
-  return {pixel.x(), pixel.y(), features.disparity_px[index]};
-}
-
 /// Matches whose first view has a depth.
 std::vector<Correspondence> correspond(const StereoFeatures& a, const StereoFeatures& b, Matcher& matcher) {
   std::vector<Correspondence> correspondences;
   if (a.left.size() == 0 || b.left.size() == 0) return correspondences;
   for (const Match& match : matcher.match(a.left, b.left)) {
     if (!a.has_depth(match.query)) continue;
-    correspondences.push_back({stereo_pixel(a, match.query), stereo_pixel(b, match.train)});
+    correspondences.push_back({a.stereo_pixel(match.query), b.stereo_pixel(match.train)});
   }
   return correspondences;
 }

@@ -19,6 +19,9 @@ struct StereoFeatures {
   std::vector<Eigen::Vector2f> disparity_slope;  ///< d(disparity) / d(u, v) around the keypoint; empty when not known
 
   bool has_depth(std::size_t i) const { return disparity_px[i] > 0.0F; }
+  StereoPixel stereo_pixel(std::size_t i) const {
+    return {left.keypoints[i].x(), left.keypoints[i].y(), disparity_px[i]};
+  }
 };
 
 struct MotionOptions {

@@ -7,6 +7,7 @@
 
 #include "demslam/odometry/direct_match.h"
 #include "demslam/odometry/frame_check.h"
+#include "demslam/odometry/window.h"
 
 namespace demslam {
 namespace {
@@ -56,11 +57,21 @@ std::string to_string(Tracking status) {
   return "";
 }
 
+std::string to_string(OdometryMethod method) { return method == OdometryMethod::pnp ? "pnp" : "window"; }
+
 struct StereoOdometry::State {
+  State(const RectifiedRig& rectified_rig, Frontend both, const OdometryOptions& all)
+      : rig(rectified_rig),
+        frontend(std::move(both)),
+        options(all),
+        frame_check(rig.width, rig.height),
+        window(rig, options.motion, options.window_keyframes) {}
+
   RectifiedRig rig;
   Frontend frontend;
   OdometryOptions options;
   FrameCheck frame_check;
+  Window window;  // only kept up with OdometryMethod::window
 
   std::size_t keyframes = 0;
   StereoView current;  // the frame in work
@@ -70,6 +81,7 @@ struct StereoOdometry::State {
   struct Anchor {
     Keyframe keyframe;
     View last;
+    Window window;
     int frames_since = 0;
   };
   std::optional<Anchor> before_loss;  // what to come back to after a loss
@@ -83,6 +95,7 @@ struct StereoOdometry::State {
   void bridge(OdometryResult& result) const;
   bool wants_keyframe(const OdometryResult& result) const;
   void add_keyframe(OdometryResult& result);
+  void adjust_window(OdometryResult& result);
 };
 
 /// Extracts the left image's features and finds their disparities.
@@ -152,6 +165,7 @@ void StereoOdometry::State::accept(const OdometryResult& result) {
   if (before_loss && result.reference_keyframe == before_loss->keyframe.index) {
     keyframe = before_loss->keyframe;
     last = before_loss->last;
+    window = before_loss->window;
     before_loss.reset();
   }
   if (before_loss && ++before_loss->frames_since >= kIslandFrames) before_loss.reset();
@@ -189,15 +203,26 @@ bool StereoOdometry::State::wants_keyframe(const OdometryResult& result) const {
 }
 
 void StereoOdometry::State::add_keyframe(OdometryResult& result) {
-  if (result.status == Tracking::bridged && !before_loss) before_loss = Anchor{keyframe, last};
+  if (result.status == Tracking::bridged && !before_loss) before_loss = Anchor{keyframe, last, window};
+  if (options.method == OdometryMethod::window) adjust_window(result);
   result.is_keyframe = true;
   result.keyframe = keyframes++;
   keyframe = {.index = result.keyframe, .t_ns = result.t_ns, .view = current};
   if (result.status != Tracking::bridged) last = view_of(keyframe);
 }
 
+/// Lets the window refine the step from the last keyframe to this one.
+void StereoOdometry::State::adjust_window(OdometryResult& result) {
+  if (result.status != Tracking::tracked) {
+    window.restart(current);
+  } else if (const std::optional<Motion> refined = window.add(current, result.T_reference_left)) {
+    result.T_reference_left = refined->T_a_b;
+    result.covariance = refined->covariance;
+  }
+}
+
 StereoOdometry::StereoOdometry(const RectifiedRig& rig, Frontend frontend, const OdometryOptions& options)
-    : state_(std::make_unique<State>(rig, std::move(frontend), options, FrameCheck(rig.width, rig.height))) {}
+    : state_(std::make_unique<State>(rig, std::move(frontend), options)) {}
 
 StereoOdometry::~StereoOdometry() = default;
 

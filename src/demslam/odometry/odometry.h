@@ -13,8 +13,15 @@
 
 namespace demslam {
 
+enum class OdometryMethod {
+  pnp,     ///< each keyframe from the one before
+  window,  ///< keyframes refined together by a stereo bundle adjustment over the last few
+};
+
 struct OdometryOptions {
   MotionOptions motion;
+  OdometryMethod method = OdometryMethod::window;
+  int window_keyframes = 7;  ///< of the bundle adjustment
   double keyframe_min_overlap =
       0.5;  ///< new keyframe when fewer than this part of the keyframe's points is still matched
   double keyframe_max_distance_m = 2.0;
@@ -48,6 +55,7 @@ struct OdometryResult {
 };
 
 std::string to_string(Tracking status);
+std::string to_string(OdometryMethod method);
 
 /// Stereo visual odometry on rectified pairs: extract, match left-right, triangulate, track against the last keyframe,
 /// decide on a new keyframe. It never stops on a bad frame: it bridges with a constant-velocity prediction whose

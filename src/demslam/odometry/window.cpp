@@ -1,0 +1,125 @@
+#include "demslam/odometry/window.h"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include <numeric>
+
+namespace demslam {
+namespace {
+
+constexpr int kMaxLandmarks = 400;  // per keyframe
+
+/// Keypoints with a depth, at most `kMaxLandmarks`, evenly thinned in the order of the extractor.
+std::vector<std::size_t> choose_keypoints(const StereoFeatures& features) {
+  std::vector<std::size_t> with_depth;
+  for (std::size_t i = 0; i < features.left.size(); ++i) {
+    if (features.has_depth(i)) with_depth.push_back(i);
+  }
+  if (with_depth.size() <= kMaxLandmarks) return with_depth;
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < kMaxLandmarks; ++i) chosen.push_back(with_depth[i * with_depth.size() / kMaxLandmarks]);
+  return chosen;
+}
+
+}  // namespace
+
+Window::Member Window::make_member(const StereoView& view, const Pose& T_world_left) {
+  Member member{.id = next_id_++, .view = view, .T_world_left = T_world_left};
+  for (const std::size_t i : choose_keypoints(*view.features)) {
+    const PatchPoint point{view.features->stereo_pixel(i), view.features->disparity_slope[i]};
+    member.landmarks.push_back({.point = point, .disparity_px = point.pixel.z()});
+  }
+  return member;
+}
+
+void Window::restart(const StereoView& view) {
+  members_.clear();
+  members_.push_back(make_member(view, Pose()));
+}
+
+std::optional<Motion> Window::add(const StereoView& view, const Pose& T_newest_left) {
+  Member newest = make_member(view, members_.back().T_world_left * T_newest_left);
+  const int sighted = sight_landmarks(newest);
+  if (sighted < options_.min_inliers) {
+    restart(view);
+    return std::nullopt;
+  }
+  members_.push_back(std::move(newest));
+  Bundle bundle = make_bundle();
+  const double pixel = options_.aligned_sigma_px, disparity = options_.disparity_sigma_px;
+  const StereoNoise noise{.a = {0.0, 0.0, disparity}, .b = {pixel, pixel, disparity}};
+  const BundleReport report = optimize_bundle(rig_, noise, bundle);
+  if (!report.ok) {
+    restart(view);
+    return std::nullopt;
+  }
+  take_over(bundle, report);
+  const int last = static_cast<int>(bundle.T_world_left.size()) - 1;
+  const Motion motion{.ok = true,
+                      .T_a_b = bundle.T_world_left[last - 1].inverse() * bundle.T_world_left[last],
+                      .covariance = relative_covariance(bundle, report, last - 1, last),
+                      .matches = static_cast<int>(report.inlier.size()),
+                      .inliers = report.inliers,
+                      .rms_px = report.rms_px};
+  if (static_cast<int>(members_.size()) > capacity_) members_.pop_front();
+  return motion;
+}
+
+/// Looks for every landmark still in sight in a new keyframe; returns how many were found.
+int Window::sight_landmarks(const Member& newest) {
+  int found = 0;
+  for (Member& host : members_) {
+    const Pose T_newest_host = newest.T_world_left.inverse() * host.T_world_left;
+    std::vector<std::optional<StereoPixel>> pixels(host.landmarks.size());
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, pixels.size(), 32), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        if (!host.landmarks[i].in_sight) continue;
+        PatchPoint point = host.landmarks[i].point;
+        point.pixel.z() = host.landmarks[i].disparity_px;
+        pixels[i] = find_directly(rig_, host.view, point, newest.view, T_newest_host);
+      }
+    });
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      host.landmarks[i].in_sight = pixels[i].has_value();
+      if (!pixels[i]) continue;
+      host.landmarks[i].sightings.push_back({newest.id, *pixels[i]});
+      ++found;
+    }
+  }
+  return found;
+}
+
+Bundle Window::make_bundle() const {
+  Bundle bundle;
+  const std::size_t first_id = members_.front().id;
+  for (const Member& member : members_) {
+    const int host = static_cast<int>(bundle.T_world_left.size());
+    bundle.T_world_left.push_back(member.T_world_left);
+    for (const Landmark& landmark : member.landmarks) {
+      const int index = static_cast<int>(bundle.landmarks.size());
+      bundle.landmarks.push_back({host, landmark.point.pixel, landmark.disparity_px});
+      for (const Sighting& sighting : landmark.sightings) {
+        bundle.observations.push_back({index, static_cast<int>(sighting.member - first_id), sighting.pixel});
+      }
+    }
+  }
+  return bundle;
+}
+
+/// Takes over the adjusted poses and disparities, and drops the sightings that do not fit.
+void Window::take_over(const Bundle& bundle, const BundleReport& report) {
+  std::size_t view = 0, landmark_index = 0, observation = 0;
+  for (Member& member : members_) {
+    member.T_world_left = bundle.T_world_left[view++];
+    for (Landmark& landmark : member.landmarks) {
+      landmark.disparity_px = bundle.landmarks[landmark_index++].disparity_px;
+      const auto misfit = [&](const Sighting&) { return !report.inlier[observation++]; };
+      const std::size_t before = landmark.sightings.size();
+      std::erase_if(landmark.sightings, misfit);
+      if (landmark.sightings.size() < before) landmark.in_sight = false;
+    }
+  }
+}
+
+}  // namespace demslam

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "demslam/odometry/bundle.h"
+#include "demslam/odometry/direct_match.h"
+
+namespace demslam {
+
+/// The last few keyframes, and landmarks seen from several of them. A landmark is hosted by the keyframe whose keypoint
+/// it is and is found in later keyframes by aligning the host's patch, so that nothing drifts from keyframe to keyframe
+/// while the host is in the window. Each new keyframe triggers a stereo bundle adjustment; the oldest keyframe is held
+/// fixed.
+class Window {
+ public:
+  Window(const RectifiedRig& rig, const MotionOptions& options, int keyframes)
+      : rig_(rig), options_(options), capacity_(keyframes) {}
+
+  /// Forgets everything and starts from one keyframe.
+  void restart(const StereoView& view);
+
+  /// Adds a keyframe at its pose in the newest one and adjusts the window. Gives the refined pose and its covariance;
+  /// none, and a restart from the new keyframe, if too few landmarks are seen in it.
+  std::optional<Motion> add(const StereoView& view, const Pose& T_newest_left);
+
+ private:
+  struct Sighting {
+    std::size_t member = 0;
+    StereoPixel pixel;
+  };
+  struct Landmark {
+    PatchPoint point;
+    double disparity_px = 0.0;  ///< in its host, as refined
+    std::vector<Sighting> sightings;
+    bool in_sight = true;  ///< found in the newest keyframe when last looked for
+  };
+  struct Member {
+    std::size_t id = 0;
+    StereoView view;
+    Pose T_world_left;
+    std::vector<Landmark> landmarks;
+  };
+
+  Member make_member(const StereoView& view, const Pose& T_world_left);
+  int sight_landmarks(const Member& newest);
+  Bundle make_bundle() const;
+  void take_over(const Bundle& bundle, const BundleReport& report);
+
+  RectifiedRig rig_;
+  MotionOptions options_;
+  int capacity_;
+  std::size_t next_id_ = 0;
+  std::deque<Member> members_;
+};
+
+}  // namespace demslam
