@@ -23,8 +23,8 @@ constexpr std::size_t kKeptChunks = 4;
 class PositionedFile {
  public:
   explicit PositionedFile(const std::filesystem::path& file) : name_(file.string()) {
-    descriptor_ = ::open(name_.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor_ < 0 || !std::filesystem::is_regular_file(file)) {
+    if (std::filesystem::is_regular_file(file)) descriptor_ = ::open(name_.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor_ < 0) {
       throw Error(name_ + ": cannot be read; check the path and its permissions");
     }
     size_ = std::filesystem::file_size(file);

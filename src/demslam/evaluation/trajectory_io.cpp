@@ -43,10 +43,8 @@ bool stamps_are_ns(const TextTable& table) {
 }
 
 TimestampNs tum_stamp(const TextTable& table, const TextRow& row, bool is_ns) {
-  std::string text = row.fields.front();
-  if (is_ns) text += text.find_first_of("eE") == std::string::npos ? "e-9" : "";
-  const auto t_ns = seconds_to_ns(text);
-  if (!t_ns || (is_ns && text == row.fields.front())) table.fail(row, "'" + row.fields.front() + "' is no stamp");
+  const auto t_ns = scaled_integer(row.fields.front(), is_ns ? 0 : 9);
+  if (!t_ns) table.fail(row, "'" + row.fields.front() + "' is no stamp");
   return *t_ns;
 }
 

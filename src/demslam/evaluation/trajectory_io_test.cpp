@@ -31,6 +31,7 @@ TEST(TrajectoryIo, TumStampsAreExact) {
 TEST(TrajectoryIo, TumStampsThatCannotBeSecondsAreNanoseconds) {
   const TrajectoryFile file = parse_trajectory("1625657732290284032.000000 0 0 0 0 0 0 1\n", "t.txt");
   EXPECT_EQ(file.poses[0].t_ns, 1625657732290284032);
+  EXPECT_EQ(parse_trajectory("1.625657732290284032e+18 0 0 0 0 0 0 1\n", "t.txt").poses[0].t_ns, 1625657732290284032);
 }
 
 TEST(TrajectoryIo, CommasMeanEurocOrderWithWFirst) {
