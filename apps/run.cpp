@@ -15,6 +15,7 @@ namespace {
 struct Arguments {
   RunInputs inputs;
   std::filesystem::path config, extractor_model, matcher_model;
+  std::string odometry;
   bool no_dem = false, no_loops = false, odometry_only = false;
 };
 
@@ -22,6 +23,9 @@ SlamOptions options_of(const Arguments& arguments) {
   SlamOptions options = arguments.config.empty() ? SlamOptions{} : read_slam_config(arguments.config);
   if (arguments.no_dem || arguments.odometry_only) options.use_dem = false;
   if (arguments.no_loops || arguments.odometry_only) options.use_loops = false;
+  if (!arguments.odometry.empty()) {
+    options.odometry.method = arguments.odometry == "pnp" ? OdometryMethod::pnp : OdometryMethod::window;
+  }
   if (!arguments.extractor_model.empty()) {
     options.frontend.extractor = "onnx";
     options.frontend.extractor_model = arguments.extractor_model;
@@ -73,6 +77,10 @@ void add_run(CLI::App& app) {
   command->add_option("--matcher", arguments->matcher_model, "ONNX matcher for the same descriptors");
   command->add_option("--first-frame", inputs.first_frame, "index of the first frame");
   command->add_option("--max-frames", inputs.max_frames, "stop after so many frames; 0: all");
+  command
+      ->add_option("--odometry", arguments->odometry,
+                   "window (bundle adjustment over keyframes) or pnp (each from the last)")
+      ->check(CLI::IsMember({"window", "pnp"}));
   command->add_flag("--no-dem", arguments->no_dem, "do not use the DEM");
   command->add_flag("--no-loops", arguments->no_loops, "do not close loops");
   command->add_flag("--odometry-only", arguments->odometry_only, "neither DEM nor loops");

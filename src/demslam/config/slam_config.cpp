@@ -24,6 +24,7 @@ template <class Io, class O>
 void motion_fields(Io& io, O& o) {
   io.field("min_depth_m", o.min_depth_m);
   io.field("max_depth_m", o.max_depth_m);
+  io.field("max_depth_baselines", o.max_depth_baselines);
   io.field("ransac_threshold_px", o.ransac_threshold_px);
   io.field("ransac_iterations", o.ransac_iterations);
   io.field("min_inliers", o.min_inliers);
@@ -33,7 +34,19 @@ void motion_fields(Io& io, O& o) {
 }
 
 template <class Io, class O>
+void method_field(Io& io, O& method) {
+  std::string word = to_string(method);
+  io.field("method", word);
+  if constexpr (Io::kReads) {
+    if (word != "pnp" && word != "window") io.fail("method", "'method' must be \"pnp\" or \"window\"");
+    method = word == "pnp" ? OdometryMethod::pnp : OdometryMethod::window;
+  }
+}
+
+template <class Io, class O>
 void odometry_fields(Io& io, O& o) {
+  method_field(io, o.method);
+  io.field("window_keyframes", o.window_keyframes);
   motion_fields(io, o.motion);
   io.field("keyframe_min_overlap", o.keyframe_min_overlap);
   io.field("keyframe_max_distance_m", o.keyframe_max_distance_m);

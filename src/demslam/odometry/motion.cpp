@@ -33,7 +33,8 @@ Motion failed(const std::string& what, int matches, int inliers) {
 StereoFeatures match_stereo(const RectifiedRig& rig, Features left_features, const Image& left, const Image& right,
                             const MotionOptions& options) {
   DisparityOptions search;
-  search.min_disparity_px = std::max(search.min_disparity_px, rig.disparity_px(options.max_depth_m));
+  search.min_disparity_px = std::max({search.min_disparity_px, rig.disparity_px(options.max_depth_m),
+                                      rig.disparity_px(options.max_depth_baselines * rig.baseline_m)});
   search.max_disparity_px = std::min<double>(rig.width, rig.disparity_px(options.min_depth_m));
   StereoFeatures features;
   Disparities found = find_disparities(left, right, left_features.keypoints, search);
