@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "demslam/base/random.h"
 #include "demslam/dem/perturb.h"
@@ -65,6 +67,30 @@ void fill_row(const Terrain& terrain, DemRaster& product, int row) {
   }
 }
 
+/// Columns that an altimeter has flown over, in order: the first, the last, and one at a jittered distance from the
+/// next.
+std::vector<int> flown_columns(const DemRaster& dem, double spacing_m, std::uint64_t seed) {
+  Random random(seed, 0x6c6f6c61);
+  std::vector<int> columns{0};
+  for (double x = 0.0; columns.back() < dem.cols - 1;) {
+    x += spacing_m / dem.cell_m * random.uniform(0.4, 1.6);
+    const int column = std::min(static_cast<int>(x), dem.cols - 1);
+    if (column > columns.back()) columns.push_back(column);
+  }
+  return columns;
+}
+
+/// Replaces what lies between two tracks by a straight line; holes stay holes.
+void interpolate_between(DemRaster& dem, int from, int to) {
+  for (int row = 0; row < dem.rows; ++row) {
+    const float west = dem.at(row, from), east = dem.at(row, to);
+    for (int col = from + 1; col < to; ++col) {
+      const float share = static_cast<float>(col - from) / static_cast<float>(to - from);
+      if (std::isfinite(dem.at(row, col))) dem.at(row, col) = west + share * (east - west);
+    }
+  }
+}
+
 }  // namespace
 
 DemRaster averaged_ground(const Terrain& terrain, const Trajectory& trajectory, const DemProductOptions& options) {
@@ -74,11 +100,16 @@ DemRaster averaged_ground(const Terrain& terrain, const Trajectory& trajectory, 
 }
 
 DemRaster degraded(const DemRaster& truth, const DemProductOptions& options, std::uint64_t seed) {
+  DemRaster measured = truth;
+  if (options.track_spacing_m > 0.0) {
+    const std::vector<int> columns = flown_columns(measured, options.track_spacing_m, seed);
+    for (std::size_t i = 0; i + 1 < columns.size(); ++i) interpolate_between(measured, columns[i], columns[i + 1]);
+  }
   Perturbation perturbation;
   perturbation.noise_m = {options.noise_rms_m, options.correlation_m, Random::mix(seed ^ 0x64656dULL)};
   perturbation.bias_m = options.bias_m;
   perturbation.shift_m = options.shift_m;
-  return perturb(truth, perturbation);
+  return perturb(std::move(measured), perturbation);
 }
 
 }  // namespace demslam

@@ -10,7 +10,7 @@ namespace demslam {
 /// goes. Cells whose base has no data stay without.
 DemRaster averaged_ground(const Terrain& terrain, const Trajectory& trajectory, const DemProductOptions& options);
 
-/// What an orbiter's product makes of it: correlated noise, bias, shift.
+/// What an orbiter's product makes of it: gaps between altimeter tracks, correlated noise, bias, shift.
 DemRaster degraded(const DemRaster& truth, const DemProductOptions& options, std::uint64_t seed);
 
 }  // namespace demslam

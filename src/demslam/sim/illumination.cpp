@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kSunRays = 8;  // over the sun's disc, where a packet lies on the edge of a shadow
+constexpr int kSunRays = 4;  // over the sun's disc, where a packet lies on the edge of a shadow
 constexpr float kReliefViewFactor = 0.02F;
 
 Vector3f sun_direction(const LightOptions& light) {

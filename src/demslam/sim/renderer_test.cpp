@@ -146,15 +146,24 @@ TEST(Illumination, PenumbraIsAsWideAsTheSunsDisc) {
   studio.renderer.centre_on({0.0, 0.0});
   const Pose T(Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0), Eigen::Vector3d(0.0, 0.0, 3.0 + 1.0));  // below the sphere
   const Rendering image = studio.look(T);
-  double dimmed = 0.0;  // along the middle row: the shadow's radius, counting half-lit places half
-  for (int u = 64; u < 128; ++u) dimmed += 1.0 - image.radiance[pixel_of(image, u, 64)] / 0.5;
-  EXPECT_NEAR(dimmed / studio.rig.left.fx, radius, 0.03);
-  int half_lit = 0;
-  for (int u = 64; u < 128; ++u) {
-    const float share = image.radiance[pixel_of(image, u, 64)] / 0.5F;
-    half_lit += share > 0.01F && share < 0.99F;
-  }
-  EXPECT_NEAR(half_lit / studio.rig.left.fx, 2.0 * above * std::tan(2.0 * kRadPerDeg), 0.08);
+  // The share of the sun's disc that is seen at a distance from the shadow's middle, as a mean around the ring.
+  const auto share_at = [&](double distance) {
+    double sum = 0.0, count = 0.0;
+    for (int v = 0; v < image.height; ++v) {
+      for (int u = 0; u < image.width; ++u) {
+        const double r = std::hypot(u - studio.rig.left.cx, v - studio.rig.left.cy) / studio.rig.left.fx;
+        if (std::abs(r - distance) > 0.6 / studio.rig.left.fx) continue;
+        sum += image.radiance[pixel_of(image, u, v)] / 0.5;
+        count += 1.0;
+      }
+    }
+    return sum / count;
+  };
+  const double penumbra = above * std::tan(2.0 * kRadPerDeg);  // half its width
+  EXPECT_NEAR(share_at(radius - 1.3 * penumbra), 0.0, 1e-6);
+  EXPECT_NEAR(share_at(radius - 0.5 * penumbra), 0.196, 0.06);  // a disc cut half-way to its edge
+  EXPECT_NEAR(share_at(radius + 0.5 * penumbra), 0.804, 0.06);
+  EXPECT_NEAR(share_at(radius + 1.3 * penumbra), 1.0, 1e-3);
 }
 
 TEST(Illumination, GroundLightsAVerticalFaceByHalfItsRadiance) {

@@ -35,7 +35,7 @@ struct LightOptions {
   double albedo = 0.12;            ///< normal albedo of the regolith
   double sun_diameter_deg = 0.53;  ///< width of the penumbra; 0: a point
   double fill = 1.0;  ///< strength of the light that the sunlit ground throws into shadows; 1: as it is, 0: none
-  double lamp = 0.0;  ///< headlamp above the cameras: its light at 1 m, relative to the sun's; 0: none
+  double lamp = 0.0;  ///< headlamp beside and below the cameras: its light at 1 m, relative to the sun's; 0: none
 };
 
 struct CameraOptions {
@@ -74,6 +74,8 @@ struct DemProductOptions {
   double bias_m = 0.0;
   Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();  ///< the product shows the ground of (x, y) at (x, y) + shift
   double margin_m = 250.0;                            ///< around the route, as far as the base surface goes
+  double track_spacing_m =
+      0.0;  ///< mean distance of North-South altimeter tracks, linear in between (as LOLA); 0: no gaps
 };
 
 /// What the mission believes of the first pose, and how far that is from the truth.

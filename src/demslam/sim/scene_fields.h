@@ -133,6 +133,7 @@ void dem_product_fields(Io& io, O& product) {
   io.field("bias_m", product.bias_m);
   io.field("shift_m", product.shift_m);
   bounded(io, "margin_m", product.margin_m, 0.0, 20000.0);
+  bounded(io, "track_spacing_m", product.track_spacing_m, 0.0, 10000.0);
 }
 
 template <class Io, class O>

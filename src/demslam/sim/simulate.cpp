@@ -23,6 +23,11 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
+/// The headlamp hangs low and to the left of the cameras: light from beside the eye gives the ground relief.
+Eigen::Vector3d lamp_in_body(const CameraOptions& camera) {
+  return {camera.forward_m, 0.5 * camera.baseline_m + 0.6, 0.5 * camera.height_m};
+}
+
 /// Everything a mission needs besides its output.
 struct Mission {
   explicit Mission(const SceneOptions& options)
@@ -36,8 +41,7 @@ struct Mission {
   Pose T_map_left(const StampedPose& stamped) const { return stamped.pose * rig.T_body_left; }
   Rendering left(const StampedPose& stamped) {
     renderer.centre_on(ahead(stamped.pose));
-    renderer.set_lamp(stamped.pose *
-                      (rig.T_body_left.translation() + Eigen::Vector3d(0.0, -0.5 * scene.camera.baseline_m, 0.3)));
+    renderer.set_lamp(stamped.pose * lamp_in_body(scene.camera));
     return renderer.render(rig.left, T_map_left(stamped));
   }
   Rendering right(const StampedPose& stamped) const {

@@ -189,6 +189,24 @@ TEST(DemProduct, DegradesAsAsked) {
   EXPECT_NEAR(std::sqrt(squares / count - mean * mean), 0.5, 0.03);
 }
 
+TEST(DemProduct, IsStraightBetweenAltimeterTracks) {
+  TerrainOptions ground;
+  ground.size_m = 400.0;
+  const Terrain terrain(ground, 3);
+  DemProductOptions options;
+  options.noise_rms_m = 0.0;
+  const DemRaster truth = averaged_ground(terrain, {{0, Pose()}}, options);
+  options.track_spacing_m = 40.0;
+  const DemRaster product = degraded(truth, options, 3);
+  int exact = 0, straight = 0;
+  for (int col = 1; col + 1 < truth.cols; ++col) {
+    exact += product.at(9, col) == truth.at(9, col);
+    straight += std::abs(product.at(9, col - 1) - 2.0F * product.at(9, col) + product.at(9, col + 1)) < 1e-4F;
+  }
+  EXPECT_NEAR(exact * 40.0 / 5.0, truth.cols, 30.0);  // a track each 8 cells
+  EXPECT_GT(straight, truth.cols / 2);
+}
+
 Rendering grey_card(float radiance) {
   Rendering card;
   card.width = card.height = 64;
