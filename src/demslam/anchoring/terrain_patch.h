@@ -37,7 +37,7 @@ struct TerrainPatch {
 struct PatchOptions {
   double length_m = 20.0;  ///< of path per patch
   double cell_m = 5.0;
-  int min_points = 2;   ///< per cell
+  int min_points = 4;   ///< per cell
   double gate_m = 0.5;  ///< a point stays within gate_m + gate_sigmas * sigma of its cell's median: rocks, mismatches
   double gate_sigmas = 3.0;
   double sigma_relief_m = 0.15;  ///< ground within a cell against the cell's height

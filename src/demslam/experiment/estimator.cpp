@@ -111,6 +111,13 @@ Estimator terrain_patches() {
   return estimator;
 }
 
+Estimator filtered_patches() {
+  Estimator estimator = terrain_patches();
+  estimator.name = "filtered terrain patches + states";
+  estimator.anchoring.filter_dem = true;
+  return estimator;
+}
+
 EstimateScore estimate(const Traverse& traverse, const Estimator& estimator) {
   const Stopwatch watch;
   Drive drive(traverse, estimator);

@@ -23,6 +23,7 @@ Estimator published_factors();     ///< height with its vertical Jacobian, norma
 Estimator full_gradient();         ///< height and normal with theirs
 Estimator full_gradient_states();  ///< and the odometry's systematic errors as states
 Estimator terrain_patches();       ///< landmark patches and systematic errors
+Estimator filtered_patches();      ///< the same on the Wiener-filtered DEM
 
 /// Errors of one estimated traverse, unaligned, over its keyframes.
 struct EstimateScore {

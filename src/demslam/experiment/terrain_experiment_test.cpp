@@ -1,0 +1,56 @@
+#include "demslam/experiment/terrain_experiment.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <stop_token>
+
+namespace demslam {
+namespace {
+
+TEST(Estimators, TheMoreOfTheTerrainTheyUseTheBetterTheyKnowWhereTheyAre) {
+  const Traverse traverse = make_traverse({.length_m = 378.0, .odometry = OdometryErrors{}.times(3.0), .seed = 3});
+  const double odometry_m = estimate(traverse, odometry_only()).ate_m;
+  const double patches_m = estimate(traverse, terrain_patches()).ate_m;
+  EXPECT_LT(patches_m, 0.3 * odometry_m);
+  EXPECT_LT(patches_m, 1.0);
+}
+
+TEST(Traverse, IsTheSameForTheSameSeedOnly) {
+  const TraverseOptions options{.length_m = 60.0, .seed = 5};
+  const Traverse a = make_traverse(options), b = make_traverse(options);
+  EXPECT_EQ(a.dem.heights, b.dem.heights);
+  EXPECT_EQ(a.odometry.back().T_i_j.translation(), b.odometry.back().T_i_j.translation());
+  EXPECT_EQ(a.landmarks.back().points.back().p_left, b.landmarks.back().points.back().p_left);
+  EXPECT_NE(a.dem.heights, make_traverse({.length_m = 60.0, .seed = 6}).dem.heights);
+}
+
+TEST(Traverse, HasTheLengthAskedForAndALoopEndsWhereItBegan) {
+  const Traverse lanes = make_traverse({.length_m = 300.0});
+  EXPECT_EQ(lanes.T_map_body.size(), 151U);
+  const Traverse loop = make_traverse({.length_m = 200.0, .loop = true});
+  const Eigen::Vector3d start = loop.T_map_body[0].translation();
+  EXPECT_LT((loop.T_map_body[100].translation() - start).head<2>().norm(), 2.0);
+}
+
+TEST(Traverse, PerfectSensorsSeeTheTruth) {
+  TraverseOptions options{.length_m = 60.0, .odometry = OdometryErrors{}.times(1e-9)};
+  const Traverse traverse = make_traverse(options);
+  Pose T_map_body = traverse.T_map_body.front();
+  for (const RelativePose& motion : traverse.odometry) T_map_body = T_map_body * motion.T_i_j;
+  EXPECT_LT((T_map_body.translation() - traverse.T_map_body.back().translation()).norm(), 1e-6);
+}
+
+TEST(TerrainExperiment, GivesOneRowPerEstimatorOverTheSeedsDoneWhenStopped) {
+  std::stop_source stop;
+  const Progress progress{[&](std::size_t, std::size_t) { stop.request_stop(); }, stop.get_token()};
+  const auto rows = terrain_experiment(
+      {.traverse = {.length_m = 60.0}, .estimators = {odometry_only(), published_factors()}, .seeds = 5}, progress);
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].estimator, "odometry");
+  EXPECT_EQ(rows[0].median_ate_m, rows[0].worst_ate_m);  // one seed only
+  EXPECT_THAT(markdown_table(rows), testing::HasSubstr("| published factors |"));
+}
+
+}  // namespace
+}  // namespace demslam
