@@ -7,8 +7,8 @@
 #include <cmath>
 #include <optional>
 
-#include "demslam/odometry/bundle.h"
 #include "demslam/odometry/patch_align.h"
+#include "demslam/odometry/refine.h"
 
 namespace demslam {
 namespace {
@@ -75,19 +75,14 @@ Motion refine_directly(const RectifiedRig& rig, const StereoView& a, const Stere
   const std::vector<Correspondence> direct = match_directly(rig, a, b, motion.T_a_b);
   const double pixel = options.aligned_sigma_px, disparity = options.disparity_sigma_px;
   const StereoNoise noise{.a = {0.0, 0.0, disparity}, .b = {pixel, pixel, disparity}};
-  Bundle pair{.T_world_left = {Pose(), motion.T_a_b}};
-  for (const Correspondence& correspondence : direct) {
-    pair.observations.push_back({static_cast<int>(pair.landmarks.size()), 1, correspondence.b});
-    pair.landmarks.push_back({0, correspondence.a, correspondence.a.z()});
-  }
-  const BundleReport report = optimize_bundle(rig, noise, pair);
-  if (!report.ok || report.inliers < motion.inliers) return motion;
+  const std::optional<RefinedPose> refined = refine_pose(rig, direct, noise, motion.T_a_b);
+  if (!refined || refined->inliers < motion.inliers) return motion;
   return {.ok = true,
-          .T_a_b = pair.T_world_left[1],
-          .covariance = report.covariance,
+          .T_a_b = refined->T_a_b,
+          .covariance = refined->covariance,
           .matches = static_cast<int>(direct.size()),
-          .inliers = report.inliers,
-          .rms_px = report.rms_px};
+          .inliers = refined->inliers,
+          .rms_px = refined->rms_px};
 }
 
 }  // namespace demslam

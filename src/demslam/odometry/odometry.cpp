@@ -24,7 +24,6 @@ struct Keyframe {
 
 /// A view whose pose is known, against which another can be tracked: a keyframe itself or a frame tracked from it.
 struct View {
-  bool is_keyframe = false;
   std::size_t keyframe = 0;
   TimestampNs t_ns = 0;
   StereoView view;
@@ -33,7 +32,7 @@ struct View {
 };
 
 View view_of(const Keyframe& keyframe) {
-  return {.is_keyframe = true, .keyframe = keyframe.index, .t_ns = keyframe.t_ns, .view = keyframe.view};
+  return {.keyframe = keyframe.index, .t_ns = keyframe.t_ns, .view = keyframe.view};
 }
 
 /// Covariance of T_a_b * T_b_c from those of both.
@@ -75,10 +74,9 @@ struct StereoOdometry::State {
   Window window;  // only kept up with OdometryMethod::window
 
   std::size_t keyframes = 0;
-  StereoView current;             // the frame in work
-  Keyframe keyframe;              // frames are tracked against it
-  bool keyframe_in_sight = true;  // the last tracked frame was matched with it, not with a frame in between
-  View last;                      // the last tracked frame: predictions start here
+  StereoView current;  // the frame in work
+  Keyframe keyframe;   // frames are tracked against it
+  View last;           // the last tracked frame: predictions start here
   Vector6d twist_per_s = Vector6d::Zero();
   struct Anchor {
     Keyframe keyframe;
@@ -140,7 +138,6 @@ bool StereoOdometry::State::track_against(const View& view, OdometryResult& resu
     result.reason = "jump";
     return false;
   }
-  keyframe_in_sight = view.is_keyframe;
   result.status = Tracking::tracked;
   result.reference_keyframe = view.keyframe;
   result.T_reference_left = view.T_keyframe_left * motion.T_a_b;
@@ -175,7 +172,7 @@ void StereoOdometry::State::accept(const OdometryResult& result) {
   const bool same_keyframe = last.keyframe == result.reference_keyframe;
   const View from = same_keyframe ? last : view_of(keyframe);
   const Pose step = from.T_keyframe_left.inverse() * result.T_reference_left;
-  if (result.t_ns > from.t_ns) twist_per_s = step.log() / to_seconds(result.t_ns - from.t_ns);
+  twist_per_s = step.log() / to_seconds(result.t_ns - from.t_ns);
   last = {.keyframe = result.reference_keyframe,
           .t_ns = result.t_ns,
           .view = current,
@@ -199,7 +196,7 @@ void StereoOdometry::State::bridge(OdometryResult& result) const {
 
 bool StereoOdometry::State::wants_keyframe(const OdometryResult& result) const {
   if (result.stereo_points < options.motion.min_inliers) return false;
-  if (result.status == Tracking::bridged || !keyframe_in_sight) return true;
+  if (result.status == Tracking::bridged) return true;
   return result.T_reference_left.translation().norm() > options.keyframe_max_distance_m ||
          rotation_angle(result.T_reference_left) > options.keyframe_max_rotation_deg * kRadPerDeg ||
          result.inliers < options.keyframe_min_overlap * keyframe.most_inliers;
