@@ -8,11 +8,11 @@
 #include <optional>
 
 #include "commands.h"
+#include "demslam/base/text.h"
 #include "demslam/base/error.h"
 #include "demslam/dem/perturb.h"
 #include "demslam/dem/reproject.h"
 #include "demslam/dem/statistics.h"
-#include "write_text.h"
 
 namespace demslam::apps {
 namespace {

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "commands.h"
+#include "demslam/base/text.h"
 #include "demslam/evaluation/runs.h"
 #include "demslam/evaluation/table.h"
-#include "write_text.h"
 
 namespace demslam::apps {
 namespace {

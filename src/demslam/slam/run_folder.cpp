@@ -6,17 +6,12 @@
 #include <nlohmann/json.hpp>
 
 #include "demslam/base/error.h"
+#include "demslam/base/text.h"
 
 namespace demslam {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// Seconds with all nine digits, written from the integer so that nothing is rounded.
-std::string seconds_text(TimestampNs t_ns) {
-  return fmt::format("{}{}.{:09d}", t_ns < 0 ? "-" : "", std::abs(t_ns / 1'000'000'000),
-                     std::abs(t_ns % 1'000'000'000));
-}
 
 std::string tum_text(const Trajectory& trajectory) {
   std::string text = "# timestamp_s tx ty tz qx qy qz qw   (T_map_body)\n";
