@@ -1,66 +1,25 @@
 #pragma once
 
-#include <memory>
-#include <optional>
-#include <vector>
-
-#include "demslam/dem/dem.h"
-#include "demslam/geometry/trajectory.h"
-#include "demslam/slam/options.h"
+#include "demslam/odometry/odometry.h"
+#include "demslam/slam/backend.h"
 
 namespace demslam {
 
-/// What happened at one frame; one line of frames.jsonl.
-struct FrameRecord {
-  std::size_t index = 0;
-  OdometryResult odometry;         ///< features dropped
-  Pose T_map_body;                 ///< present estimate
-  std::optional<LoopResult> loop;  ///< the best candidate that was tried, if any
-  bool optimized = false;
-  double loop_ms = 0.0, optimize_ms = 0.0, total_ms = 0.0;
-};
-
-struct KeyframeEstimate {
-  TimestampNs t_ns = 0;
-  Pose T_map_body;
-  Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation
-};
-
-struct SlamCounters {
-  std::size_t frames = 0, tracked = 0, bridged = 0, keyframes = 0;
-  LoopCounters loops;
-  AnchoringReport anchoring;
-};
-
-struct SlamResult {
-  Trajectory trajectory;  ///< T_map_body of every tracked frame, after the last optimisation
-  Trajectory odometry;    ///< the same frames from odometry alone
-  std::vector<KeyframeEstimate> keyframes;
-  SlamCounters counters;
-};
-
-/// What the mission knows of the first pose.
-struct StartPrior {
-  Pose T_map_body;
-  Matrix6d covariance = Matrix6d::Identity();
-};
-
-/// The pipeline: odometry -> keyframe -> DEM factors -> loop closure -> optimisation. Synchronous and deterministic.
+/// The pipeline: one odometry and the back-end behind it. Synchronous and deterministic.
 class Slam {
  public:
   /// `dem` may be null. Throws Error when the DEM has no height at the start.
   Slam(const RectifiedRig& rig, Frontend frontend, std::shared_ptr<const Dem> dem, const StartPrior& start,
        const SlamOptions& options);
-  ~Slam();
 
   /// Rectified pairs in increasing time.
   FrameRecord process(TimestampNs t_ns, const Image& left, const Image& right);
   /// The last batch optimisation and everything estimated so far.
-  SlamResult finish();
+  SlamResult finish() { return backend_.finish(); }
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  StereoOdometry odometry_;
+  Backend backend_;
 };
 
 }  // namespace demslam

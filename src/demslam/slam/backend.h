@@ -1,0 +1,68 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "demslam/dem/dem.h"
+#include "demslam/geometry/trajectory.h"
+#include "demslam/slam/options.h"
+
+namespace demslam {
+
+/// What happened at one frame; one line of frames.jsonl.
+struct FrameRecord {
+  std::size_t index = 0;
+  OdometryResult odometry;         ///< features dropped
+  Pose T_map_body;                 ///< present estimate
+  std::optional<LoopResult> loop;  ///< the best candidate that was tried, if any
+  bool optimized = false;
+  double loop_ms = 0.0, optimize_ms = 0.0, total_ms = 0.0;
+};
+
+struct KeyframeEstimate {
+  TimestampNs t_ns = 0;
+  Pose T_map_body;
+  Matrix6d covariance = Matrix6d::Zero();  ///< of the right perturbation
+};
+
+struct SlamCounters {
+  std::size_t frames = 0, tracked = 0, bridged = 0, keyframes = 0;
+  LoopCounters loops;
+  AnchoringReport anchoring;
+};
+
+struct SlamResult {
+  Trajectory trajectory;  ///< T_map_body of every tracked frame, after the last optimisation
+  Trajectory odometry;    ///< the same frames from odometry alone
+  std::vector<KeyframeEstimate> keyframes;
+  SlamCounters counters;
+};
+
+/// What the mission knows of the first pose.
+struct StartPrior {
+  Pose T_map_body;
+  Matrix6d covariance = Matrix6d::Identity();
+};
+
+/// What follows the odometry: keyframe -> DEM factors -> loop closure -> optimisation. Sees no image, so that one
+/// odometry can feed several back-ends. Synchronous and deterministic.
+class Backend {
+ public:
+  /// `dem` may be null; `matcher` serves loop closure and is kept by reference. Throws Error when the DEM has no height
+  /// at the start.
+  Backend(const RectifiedRig& rig, Matcher& matcher, std::shared_ptr<const Dem> dem, const StartPrior& start,
+          const SlamOptions& options);
+  ~Backend();
+
+  /// Results of one odometry, every frame in turn.
+  FrameRecord add(const OdometryResult& result);
+  /// The last batch optimisation and everything estimated so far.
+  SlamResult finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace demslam
