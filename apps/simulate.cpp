@@ -16,19 +16,24 @@ struct Arguments {
   std::filesystem::path scene, output;
   std::optional<std::filesystem::path> dem;
   std::optional<std::uint64_t> seed;
-  std::optional<double> length_m;
+  std::optional<double> length_m, frame_spacing_m;
   std::optional<int> size_px;
-  bool no_depth = false, no_images = false;
+  bool no_depth = false;
 };
+
+void set_length(RoverOptions& rover, double length_m) {
+  const bool through_points = rover.route == RouteKind::waypoints || rover.route == RouteKind::planned;
+  (through_points ? rover.stop_after_m : rover.length_m) = length_m;
+}
 
 SceneOptions scene_of(const Arguments& arguments) {
   SceneOptions scene = arguments.scene.empty() ? SceneOptions{} : read_scene(arguments.scene);
   if (arguments.dem) scene.terrain.dem = std::filesystem::absolute(*arguments.dem);
   if (arguments.seed) scene.seed = *arguments.seed;
-  if (arguments.length_m) scene.rover.length_m = *arguments.length_m;
+  if (arguments.length_m) set_length(scene.rover, *arguments.length_m);
+  if (arguments.frame_spacing_m) scene.rover.frame_rate_hz = scene.rover.speed_m_per_s / *arguments.frame_spacing_m;
   if (arguments.size_px) scene.camera.width_px = scene.camera.height_px = *arguments.size_px;
   if (arguments.no_depth) scene.output.depth = false;
-  if (arguments.no_images) scene.output.images = false;
   check_scene(scene, arguments.scene.empty() ? "scene" : arguments.scene.string());
   return scene;
 }
@@ -41,12 +46,8 @@ void run(const Arguments& arguments) {
     fmt::print("stopped after {} new frames; the same command goes on from there\n", report.rendered);
     return;
   }
-  fmt::print("{}: {} stereo frames over {:.1f} m ", arguments.output.string(), report.frames, report.length_m);
-  if (scene.output.images) {
-    fmt::print("({} rendered now, {:.0f} ms each)\n", report.rendered, report.render_ms_per_frame);
-  } else {
-    fmt::print("(rendered when they are read: demslam run {} -o RUN)\n", arguments.output.string());
-  }
+  fmt::print("{}: {} stereo frames over {:.1f} m ({} rendered now, {:.0f} ms each)\n", arguments.output.string(),
+             report.frames, report.length_m, report.rendered, report.render_ms_per_frame);
 }
 
 }  // namespace
@@ -60,11 +61,11 @@ void add_simulate(CLI::App& app) {
       ->required();
   command->add_option("--dem", arguments->dem, "render this terrain (any GDAL raster) instead of the scene's");
   command->add_option("--seed", arguments->seed, "seed of everything random");
-  command->add_option("--length-m", arguments->length_m, "driven distance");
+  command->add_option("--length-m", arguments->length_m, "driven distance (routes through points end there)");
+  command->add_option("--frame-spacing-m", arguments->frame_spacing_m, "distance between frames, by the frame rate")
+      ->check(CLI::PositiveNumber);
   command->add_option("--size-px", arguments->size_px, "width and height of the images");
   command->add_flag("--no-depth", arguments->no_depth, "do not write depth images");
-  command->add_flag("--no-images", arguments->no_images,
-                    "write everything but the frames: 'demslam run' renders them as it reads them");
   command->footer("Example:\n  demslam simulate configs/demo.toml -o runs/data --seed 2");
   command->callback([arguments] { run(*arguments); });
 }

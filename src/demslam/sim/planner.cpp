@@ -13,11 +13,22 @@
 namespace demslam {
 namespace {
 
-constexpr double kGrid = 5.0;      // metres
-constexpr double kMargin = 300.0;  // the way may lead this far around the waypoints' bounding box
-constexpr int kSmoothing = 6;      // half width of the running mean, grid steps
-constexpr int kKeepEvery = 5;      // waypoints of the finished route, grid steps
+using Way = std::vector<Eigen::Vector2d>;
+
 constexpr float kForbidden = std::numeric_limits<float>::infinity();
+
+/// One of the two scales on which a way is sought.
+struct Scale {
+  double grid_m;          ///< spacing of the nodes
+  double margin_m;        ///< the way may lead this far around the bounding box of its ends
+  double gentle_deg;      ///< slope at which a metre costs twice as much as on the level
+  double steep_deg;       ///< above it, fifty times as much
+  double half_smooth_m;   ///< half width of the running mean over the finished way
+  double keep_m;          ///< distance of the finished way's points
+};
+constexpr Scale kFar{5.0, 300.0, 6.0, 15.0, 20.0, 10.0};  // hills, large craters
+constexpr Scale kNear{1.0, 20.0, 8.0, 15.0, 4.0, 2.0};    // small craters in the way
+constexpr double kLookAhead = 120.0, kCommitted = 80.0;   // metres of the far way that the near search takes at a time
 
 /// Cost per metre at the nodes of a grid.
 struct CostMap {
@@ -25,24 +36,25 @@ struct CostMap {
   std::vector<float> cost;
 
   int node_of(const Eigen::Vector2d& p) const {
-    const int ix = std::clamp(static_cast<int>(std::lround((p.x() - nodes.x0) / kGrid)), 0, nodes.nx - 1);
-    const int iy = std::clamp(static_cast<int>(std::lround((p.y() - nodes.y0) / kGrid)), 0, nodes.ny - 1);
+    const int ix = std::clamp(static_cast<int>(std::lround((p.x() - nodes.x0) / nodes.step)), 0, nodes.nx - 1);
+    const int iy = std::clamp(static_cast<int>(std::lround((p.y() - nodes.y0) / nodes.step)), 0, nodes.ny - 1);
     return iy * nodes.nx + ix;
   }
   Eigen::Vector2d place(int node) const { return {nodes.x(node % nodes.nx), nodes.y(node / nodes.nx)}; }
 };
 
-float cost_of_slope(double slope_deg) {
-  const double gentle = 1.0 + std::pow(slope_deg / 8.0, 2);
-  return static_cast<float>(slope_deg > 18.0 ? 50.0 * gentle : gentle);
+float cost_of_slope(const Scale& scale, double slope_deg) {
+  const double gentle = 1.0 + std::pow(slope_deg / scale.gentle_deg, 2);
+  return static_cast<float>(slope_deg > scale.steep_deg ? 50.0 * gentle : gentle);
 }
 
-CostMap cost_map(const Terrain& terrain, const std::vector<Eigen::Vector2d>& waypoints) {
-  Eigen::Vector2d low = waypoints.front(), high = waypoints.front();
-  for (const Eigen::Vector2d& p : waypoints) low = low.cwiseMin(p), high = high.cwiseMax(p);
-  const Eigen::Vector2d size = (high - low).array() + 2.0 * kMargin;
-  CostMap map{Patch(low.x() - kMargin, low.y() - kMargin, kGrid, static_cast<int>(size.x() / kGrid) + 1,
-                    static_cast<int>(size.y() / kGrid) + 1),
+CostMap cost_map(const Terrain& terrain, const Scale& scale, const Way& around) {
+  const double grid = scale.grid_m;
+  Eigen::Vector2d low = around.front(), high = around.front();
+  for (const Eigen::Vector2d& p : around) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  const Eigen::Vector2d size = (high - low).array() + 2.0 * scale.margin_m;
+  CostMap map{Patch(low.x() - scale.margin_m, low.y() - scale.margin_m, grid, static_cast<int>(size.x() / grid) + 1,
+                    static_cast<int>(size.y() / grid) + 1),
               {}};
   terrain.fill(map.nodes);
   map.cost.assign(map.nodes.values.size(), kForbidden);
@@ -50,10 +62,10 @@ CostMap cost_map(const Terrain& terrain, const std::vector<Eigen::Vector2d>& way
     for (int ix = 1; ix + 1 < map.nodes.nx; ++ix) {
       const double x = map.nodes.x(ix), y = map.nodes.y(iy);
       if (!terrain.base().inside(x, y) || terrain.base().is_hole(x, y)) continue;
-      const double dx = (map.nodes.at(ix + 1, iy) - map.nodes.at(ix - 1, iy)) / (2.0 * kGrid);
-      const double dy = (map.nodes.at(ix, iy + 1) - map.nodes.at(ix, iy - 1)) / (2.0 * kGrid);
+      const double dx = (map.nodes.at(ix + 1, iy) - map.nodes.at(ix - 1, iy)) / (2.0 * grid);
+      const double dy = (map.nodes.at(ix, iy + 1) - map.nodes.at(ix, iy - 1)) / (2.0 * grid);
       map.cost[static_cast<std::size_t>(iy) * map.nodes.nx + ix] =
-          cost_of_slope(std::atan(std::hypot(dx, dy)) * 180.0 / std::numbers::pi);
+          cost_of_slope(scale, std::atan(std::hypot(dx, dy)) * 180.0 / std::numbers::pi);
     }
   }
   return map;
@@ -65,7 +77,7 @@ CostMap cost_map(const Terrain& terrain, const std::vector<Eigen::Vector2d>& way
   throw Error(text);
 }
 
-/// Nodes from `start` to `goal` by Dijkstra's method over the eight neighbours.
+/// Nodes from `start` to `goal` by Dijkstra's method over the eight neighbours; empty: there is no way.
 std::vector<int> cheapest(const CostMap& map, int start, int goal) {
   using Entry = std::pair<float, int>;  // cost so far, node
   std::vector<float> best(map.cost.size(), kForbidden);
@@ -78,7 +90,7 @@ std::vector<int> cheapest(const CostMap& map, int start, int goal) {
     if (so_far > best[node]) continue;
     for (int k = 0; k < 9; ++k) {  // forbidden cells frame the map: a passable node has all its neighbours
       const int dx = k % 3 - 1, dy = k / 3 - 1, next = node + dy * map.nodes.nx + dx;
-      const auto length = static_cast<float>(kGrid * std::hypot(dx, dy));
+      const auto length = static_cast<float>(map.nodes.step * std::hypot(dx, dy));
       const float reached = so_far + 0.5F * length * (map.cost[node] + map.cost[next]);
       if (!(reached < best[next])) continue;
       best[next] = reached;
@@ -93,32 +105,63 @@ std::vector<int> cheapest(const CostMap& map, int start, int goal) {
   return path;
 }
 
-/// Running mean of a path, ends kept, thinned out.
-std::vector<Eigen::Vector2d> smoothed(const std::vector<Eigen::Vector2d>& path) {
-  const int count = static_cast<int>(path.size());
-  std::vector<Eigen::Vector2d> result;
-  for (int i = 0; i < count; i += kKeepEvery) {
-    const int half = std::min({kSmoothing, i, count - 1 - i});
+Way places(const CostMap& map, const std::vector<int>& path) {
+  Way way;
+  for (const int node : path) way.push_back(map.place(node));
+  return way;
+}
+
+/// Running mean of a way over its grid points, ends kept, thinned out.
+Way smoothed(const Way& way, const Scale& scale) {
+  const int count = static_cast<int>(way.size()), keep_every = static_cast<int>(scale.keep_m / scale.grid_m);
+  const int smoothing = static_cast<int>(scale.half_smooth_m / scale.grid_m);
+  Way result;
+  for (int i = 0; i < count; i += keep_every) {
+    const int half = std::min({smoothing, i, count - 1 - i});
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    for (int k = i - half; k <= i + half; ++k) sum += path[k];
+    for (int k = i - half; k <= i + half; ++k) sum += way[k];
     result.push_back(sum / (2.0 * half + 1.0));
   }
-  if ((result.back() - path.back()).norm() < 0.5 * kKeepEvery * kGrid && result.size() > 1) result.pop_back();
-  result.push_back(path.back());
+  if ((result.back() - way.back()).norm() < 0.5 * scale.keep_m && result.size() > 1) result.pop_back();
+  result.push_back(way.back());
   return result;
+}
+
+/// The far way: along the hills' gentle sides, past every waypoint.
+Way far_way(const Terrain& terrain, const Way& waypoints) {
+  const CostMap map = cost_map(terrain, kFar, waypoints);
+  Way way;
+  for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
+    Way leg = places(map, cheapest(map, map.node_of(waypoints[i]), map.node_of(waypoints[i + 1])));
+    if (leg.empty()) unreachable(waypoints[i + 1]);
+    way.insert(way.end(), leg.begin() + (way.empty() ? 0 : 1), leg.end());
+  }
+  return smoothed(way, kFar);
+}
+
+/// Goes along the far way around what it was too coarse to see: looks some distance ahead, drives a part of that.
+Way near_way(const Terrain& terrain, const Way& far) {
+  Way way{far.front()};
+  for (std::size_t at = 0; at + 1 < far.size();) {
+    const std::size_t goal = std::min(at + static_cast<std::size_t>(kLookAhead / kFar.keep_m), far.size() - 1);
+    Way around(far.begin() + static_cast<std::ptrdiff_t>(at), far.begin() + static_cast<std::ptrdiff_t>(goal) + 1);
+    around.push_back(way.back());
+    const CostMap map = cost_map(terrain, kNear, around);
+    const Way leg = places(map, cheapest(map, map.node_of(way.back()), map.node_of(far[goal])));
+    if (leg.empty()) unreachable(far[goal]);
+    at = goal + 1 == far.size() ? goal : std::min(at + static_cast<std::size_t>(kCommitted / kFar.keep_m), goal);
+    const auto nearest = std::min_element(leg.begin() + 1, leg.end(), [&](const auto& a, const auto& b) {
+      return (a - far[at]).squaredNorm() < (b - far[at]).squaredNorm();
+    });
+    way.insert(way.end(), leg.begin() + 1, nearest + 1);
+  }
+  return smoothed(way, kNear);
 }
 
 }  // namespace
 
 std::vector<Eigen::Vector2d> plan(const Terrain& terrain, const std::vector<Eigen::Vector2d>& waypoints) {
-  const CostMap map = cost_map(terrain, waypoints);
-  std::vector<Eigen::Vector2d> way;
-  for (std::size_t i = 0; i + 1 < waypoints.size(); ++i) {
-    const std::vector<int> path = cheapest(map, map.node_of(waypoints[i]), map.node_of(waypoints[i + 1]));
-    if (path.empty()) unreachable(waypoints[i + 1]);
-    for (std::size_t k = way.empty() ? 0 : 1; k < path.size(); ++k) way.push_back(map.place(path[k]));
-  }
-  return smoothed(way);
+  return near_way(terrain, far_way(terrain, waypoints));
 }
 
 RoverOptions with_planned_route(const Terrain& terrain, RoverOptions rover) {

@@ -9,6 +9,7 @@ namespace demslam {
 namespace {
 
 constexpr double kSpacing = 0.1;       // metres between the points of the polyline
+constexpr std::size_t kRunPoints = 64;
 constexpr double kLoopOverlap = 1.03;  // a loop goes on over its first metres, so that they are seen again
 
 Eigen::Vector2d direction(double angle) { return {std::cos(angle), std::sin(angle)}; }
@@ -73,6 +74,36 @@ Route::Route(const RoverOptions& options) : points_(points_of(options)), arc_m_{
   for (std::size_t i = 1; i < points_.size(); ++i) {
     arc_m_.push_back(arc_m_.back() + (points_[i] - points_[i - 1]).norm());
   }
+  if (options.stop_after_m > 0.0 && options.stop_after_m < length_m()) cut(options.stop_after_m);
+  index();
+}
+
+void Route::cut(double length_m) {
+  const Eigen::Vector2d end = position(length_m);
+  const std::size_t kept = segment(length_m) + 1;
+  points_.resize(kept);
+  arc_m_.resize(kept);
+  points_.push_back(end);
+  arc_m_.push_back(length_m);
+}
+
+void Route::index() {
+  for (std::size_t first = 0; first + 1 < points_.size(); first += kRunPoints) {
+    Run run{first, std::min(first + kRunPoints, points_.size() - 1), points_[first], points_[first]};
+    for (std::size_t i = first; i <= run.last; ++i) {
+      run.low = run.low.cwiseMin(points_[i]);
+      run.high = run.high.cwiseMax(points_[i]);
+    }
+    runs_.push_back(run);
+  }
+}
+
+std::vector<Route::Run> Route::runs_in(const Eigen::Vector2d& low, const Eigen::Vector2d& high) const {
+  std::vector<Run> found;
+  for (const Run& run : runs_) {
+    if ((run.low.array() <= high.array()).all() && (run.high.array() >= low.array()).all()) found.push_back(run);
+  }
+  return found;
 }
 
 std::size_t Route::segment(double s_m) const {
@@ -96,10 +127,13 @@ double Route::heading(double s_m) const {
 
 double Route::distance_m(const Eigen::Vector2d& point) const {
   double best = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i + 1 < points_.size(); ++i) {
-    const Eigen::Vector2d along = points_[i + 1] - points_[i];
-    const double t = std::clamp((point - points_[i]).dot(along) / std::max(along.squaredNorm(), 1e-18), 0.0, 1.0);
-    best = std::min(best, (point - points_[i] - t * along).squaredNorm());
+  for (const Run& run : runs_) {
+    if ((point.cwiseMax(run.low).cwiseMin(run.high) - point).squaredNorm() >= best) continue;
+    for (std::size_t i = run.first; i < run.last; ++i) {
+      const Eigen::Vector2d along = points_[i + 1] - points_[i];
+      const double t = std::clamp((point - points_[i]).dot(along) / std::max(along.squaredNorm(), 1e-18), 0.0, 1.0);
+      best = std::min(best, (point - points_[i] - t * along).squaredNorm());
+    }
   }
   return std::sqrt(best);
 }

@@ -62,8 +62,9 @@ struct RoverOptions {
   double length_m = 150.0;                            ///< driven distance; a loop closes after it and goes 3 % further
   std::vector<Eigen::Vector2d> waypoints_m;           ///< for route = "waypoints": a smooth curve through them
   double speed_m_per_s = 0.5;
-  double frame_rate_hz = 1.0;
+  double frame_rate_hz = 1.0;  ///< frames are speed_m_per_s / frame_rate_hz apart
   double wheelbase_m = 1.2, track_m = 1.0;  ///< four contact points around the body's origin
+  double stop_after_m = 0.0;                ///< the route ends after this distance; 0: at its last point
 };
 
 /// The elevation map that the mission has: the rendered ground as an orbiter would have measured it.
@@ -100,7 +101,6 @@ struct OutputOptions {
   bool lidar = false;   ///< LiDAR/*.txt
   bool imu = false;     ///< imu.txt
   bool wheels = false;  ///< wheels.txt
-  bool images = true;   ///< false: no frames (images, depth, labels, LiDAR); they are rendered when they are read
 };
 
 /// A whole simulated mission. The defaults are a valid scene; a file changes single values (scene_fields.h lists them).

@@ -123,6 +123,7 @@ void rover_fields(Io& io, O& rover) {
   bounded(io, "frame_rate_hz", rover.frame_rate_hz, 0.001, 1000.0);
   bounded(io, "wheelbase_m", rover.wheelbase_m, 0.1, 10.0);
   bounded(io, "track_m", rover.track_m, 0.1, 10.0);
+  bounded(io, "stop_after_m", rover.stop_after_m, 0.0, 200000.0);
 }
 
 template <class Io, class O>
@@ -159,7 +160,6 @@ void output_fields(Io& io, O& output) {
   io.field("lidar", output.lidar);
   io.field("imu", output.imu);
   io.field("wheels", output.wheels);
-  io.field("images", output.images);
 }
 
 /// Lists every field of a scene once, for reading and for writing.
