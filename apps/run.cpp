@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "demslam/config/slam_config.h"
+#include "demslam/sim/rendered_sequence.h"
 #include "progress_bar.h"
 
 namespace demslam::apps {
@@ -37,6 +38,13 @@ SlamOptions options_of(const Arguments& arguments) {
   return options;
 }
 
+/// A dataset on the disk, or one whose images are rendered as they are read.
+std::unique_ptr<StereoSequence> open_input(const std::filesystem::path& path, const std::string& format,
+                                           const std::filesystem::path& calibration) {
+  if (format.empty() && is_rendered_dataset(path)) return open_rendered_dataset(path, calibration);
+  return open_dataset(path, format, calibration);
+}
+
 void print(const RunInputs& inputs, const RunReport& report) {
   const SlamCounters& counters = report.result.counters;
   fmt::print("{}: {} of {} frames tracked, {} keyframes, {} loops closed, {}\n", inputs.output.string(),
@@ -53,6 +61,7 @@ void print(const RunInputs& inputs, const RunReport& report) {
 void run(Arguments arguments) {
   const SlamOptions options = options_of(arguments);
   arguments.inputs.config_toml = to_toml(options);
+  arguments.inputs.open = open_input;
   ProgressBar bar("run", "frames");
   const RunReport report = run_slam(arguments.inputs, options, bar.progress());
   print(arguments.inputs, report);

@@ -18,7 +18,7 @@ struct Arguments {
   std::optional<std::uint64_t> seed;
   std::optional<double> length_m, frame_spacing_m;
   std::optional<int> size_px;
-  bool no_depth = false;
+  bool no_depth = false, no_images = false;
 };
 
 void set_length(RoverOptions& rover, double length_m) {
@@ -34,6 +34,7 @@ SceneOptions scene_of(const Arguments& arguments) {
   if (arguments.frame_spacing_m) scene.rover.frame_rate_hz = scene.rover.speed_m_per_s / *arguments.frame_spacing_m;
   if (arguments.size_px) scene.camera.width_px = scene.camera.height_px = *arguments.size_px;
   if (arguments.no_depth) scene.output.depth = false;
+  if (arguments.no_images) scene.output.images = false;
   check_scene(scene, arguments.scene.empty() ? "scene" : arguments.scene.string());
   return scene;
 }
@@ -46,8 +47,12 @@ void run(const Arguments& arguments) {
     fmt::print("stopped after {} new frames; the same command goes on from there\n", report.rendered);
     return;
   }
-  fmt::print("{}: {} stereo frames over {:.1f} m ({} rendered now, {:.0f} ms each)\n", arguments.output.string(),
-             report.frames, report.length_m, report.rendered, report.render_ms_per_frame);
+  fmt::print("{}: {} stereo frames over {:.1f} m ", arguments.output.string(), report.frames, report.length_m);
+  if (scene.output.images) {
+    fmt::print("({} rendered now, {:.0f} ms each)\n", report.rendered, report.render_ms_per_frame);
+  } else {
+    fmt::print("(rendered when they are read: demslam run {} -o RUN)\n", arguments.output.string());
+  }
 }
 
 }  // namespace
@@ -66,6 +71,8 @@ void add_simulate(CLI::App& app) {
       ->check(CLI::PositiveNumber);
   command->add_option("--size-px", arguments->size_px, "width and height of the images");
   command->add_flag("--no-depth", arguments->no_depth, "do not write depth images");
+  command->add_flag("--no-images", arguments->no_images,
+                    "write everything but the frames: 'demslam run' renders them as it reads them");
   command->footer("Example:\n  demslam simulate configs/demo.toml -o runs/data --seed 2");
   command->callback([arguments] { run(*arguments); });
 }

@@ -68,6 +68,17 @@ TEST_F(Run, GivesTheSameBytesTwice) {
   for (const std::string& name : kResults) EXPECT_EQ(read_text(first / name), read_text(second / name)) << name;
 }
 
+TEST_F(Run, RendersTheImagesThatTheDatasetLacks) {
+  const fs::path files = run("files", "--max-frames 8");
+  fs::remove_all(dataset_ / "image0");
+  fs::remove_all(dataset_ / "image1");
+  const fs::path rendered = run("rendered", "--max-frames 8");
+  ASSERT_EQ(last_.status, 0) << last_.err;
+  for (const std::string name : {"trajectory.tum", "frames.jsonl"}) {
+    EXPECT_EQ(read_text(files / name), read_text(rendered / name)) << name;
+  }
+}
+
 TEST_F(Run, NeverSeesTheTruth) {
   const fs::path clean = run("clean");
   std::string poisoned;

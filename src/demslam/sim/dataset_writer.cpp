@@ -58,11 +58,18 @@ DatasetWriter::DatasetWriter(fs::path out, const SceneOptions& scene) : out_(std
   if (fs::exists(scene_file) && read_text(scene_file) != text) {
     throw Error(out_.string() + ": holds another scene (see its scene.toml); choose an empty folder");
   }
-  for (const char* folder : {"image0/color", "image1/color", "truth", kUnfinished}) make_folder(out_ / folder);
+  make_folder(out_ / "truth");
+  make_folder(out_ / kUnfinished);
+  if (output_.images) make_frame_folders();
+  if (!fs::exists(scene_file)) write_text("scene.toml", text);
+}
+
+void DatasetWriter::make_frame_folders() const {
+  make_folder(out_ / "image0/color");
+  make_folder(out_ / "image1/color");
   if (output_.depth) make_folder(out_ / "image0/depth");
   if (output_.labels) make_folder(out_ / "image0/label");
   if (output_.lidar) make_folder(out_ / "LiDAR");
-  if (!fs::exists(scene_file)) write_text("scene.toml", text);
 }
 
 fs::path DatasetWriter::file(const char* folder, TimestampNs t_ns, const char* extension) const {

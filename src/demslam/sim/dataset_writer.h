@@ -36,6 +36,7 @@ class DatasetWriter {
   void close() const;
 
  private:
+  void make_frame_folders() const;
   std::filesystem::path file(const char* folder, TimestampNs t_ns, const char* extension) const;
   std::filesystem::path unfinished(const std::filesystem::path& file) const;
   void publish(const std::filesystem::path& file) const;  ///< from its unfinished place to its name

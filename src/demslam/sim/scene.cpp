@@ -18,7 +18,7 @@ SceneOptions parsed(TomlReader reader) {
 SceneOptions read_scene(const std::filesystem::path& file) {
   SceneOptions scene = parsed(TomlReader::from_file(file));
   std::filesystem::path& dem = scene.terrain.dem;
-  if (!dem.empty() && dem.is_relative()) dem = file.parent_path() / dem;
+  if (!dem.empty()) dem = std::filesystem::absolute(file.parent_path() / dem);
   return scene;
 }
 

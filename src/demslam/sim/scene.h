@@ -101,6 +101,7 @@ struct OutputOptions {
   bool lidar = false;   ///< LiDAR/*.txt
   bool imu = false;     ///< imu.txt
   bool wheels = false;  ///< wheels.txt
+  bool images = true;   ///< false: no frames (images, depth, labels, LiDAR); they are rendered when they are read
 };
 
 /// A whole simulated mission. The defaults are a valid scene; a file changes single values (scene_fields.h lists them).

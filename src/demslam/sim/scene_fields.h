@@ -160,6 +160,7 @@ void output_fields(Io& io, O& output) {
   io.field("lidar", output.lidar);
   io.field("imu", output.imu);
   io.field("wheels", output.wheels);
+  io.field("images", output.images);
 }
 
 /// Lists every field of a scene once, for reading and for writing.

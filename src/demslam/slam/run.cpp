@@ -146,7 +146,7 @@ std::string summary_json(const RunInputs& inputs, const StereoSequence& sequence
 
 RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Progress& progress) {
   const Stopwatch stopwatch;
-  const auto sequence = open_dataset(inputs.dataset, inputs.format, inputs.calibration.value_or(""));
+  const auto sequence = inputs.open(inputs.dataset, inputs.format, inputs.calibration.value_or(""));
   const auto dem_file = chosen_dem(inputs, *sequence, options);
   const auto dem = dem_file ? std::make_shared<const Dem>(read_dem(*dem_file)) : nullptr;
   const Rectifier rectifier(sequence->rig());

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
 #include "demslam/base/progress.h"
+#include "demslam/dataset/sequence.h"
 #include "demslam/slam/slam.h"
 
 namespace demslam {
@@ -20,6 +22,10 @@ struct RunInputs {
   bool overwrite = false;
   std::size_t first_frame = 0, max_frames = 0;  ///< 0: to the end
   std::string config_toml;                      ///< effective options as text, stored beside the result
+  /// How `dataset` is opened: path, format, calibration ("" each for the dataset's own).
+  std::function<std::unique_ptr<StereoSequence>(const std::filesystem::path&, const std::string&,
+                                                const std::filesystem::path&)>
+      open = open_dataset;
 };
 
 struct RunReport {
