@@ -1,10 +1,11 @@
-# demslam_module(NAME [DEPENDS module...] [PUBLIC library...] [PRIVATE library...])
+# demslam_module(NAME [DEPENDS module...] [PUBLIC library...] [PRIVATE library...] [PRECOMPILE header...])
 #
 # One folder src/demslam/NAME = one target demslam_NAME (demslam::NAME for those who install).
 # Sources are every *.cpp of the folder; *_test.cpp go into the test program demslam_NAME_test.
 # DEPENDS names modules of lower floors (tests/architecture checks the includes against the floors).
+# PRECOMPILE names headers of a library that take long to read; every source still includes what it uses.
 function(demslam_module NAME)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;PUBLIC;PRIVATE;PRECOMPILE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${NAME}/*.cpp)
   set(tests ${sources})
   list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
@@ -16,6 +17,7 @@ function(demslam_module NAME)
     add_library(${target} STATIC ${sources})
     target_link_libraries(${target} PUBLIC ${ARG_DEPENDS} ${ARG_PUBLIC}
                                     PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:demslam_build_flags>)
+    demslam_precompile(${target} ${ARG_PRECOMPILE})
     set(scope PUBLIC)
   else()
     add_library(${target} INTERFACE)
@@ -31,6 +33,15 @@ function(demslam_module NAME)
 
   if(DEMSLAM_BUILD_TESTS AND tests)
     demslam_test(${target}_test SOURCES ${tests} LIBRARIES ${target} ${ARG_PRIVATE})
+    demslam_precompile(${target}_test ${ARG_PRECOMPILE})
+  endif()
+endfunction()
+
+# Not under clang-tidy, which cannot read GCC's precompiled headers. -fpch-preprocess lets ccache see through them.
+function(demslam_precompile target)
+  if(ARGN AND NOT CMAKE_CXX_CLANG_TIDY)
+    target_precompile_headers(${target} PRIVATE ${ARGN})
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
   endif()
 endfunction()
 
