@@ -55,7 +55,8 @@ void print(const RunInputs& inputs, const RunReport& report) {
     fmt::print("  {:.1f} m in {:.1f} s ({:.0f} ms per frame)\n", path_length_m(report.result.trajectory),
                report.seconds, 1e3 * report.seconds / static_cast<double>(counters.frames));
   }
-  if (report.interrupted) fmt::print("  interrupted: the folder holds what was done\n");
+  if (report.resumed_at > inputs.first_frame) fmt::print("  resumed at frame {}\n", report.resumed_at);
+  if (report.interrupted) fmt::print("  interrupted: the folder holds what was done; the same command goes on\n");
 }
 
 void run(Arguments arguments) {
@@ -93,9 +94,10 @@ void add_run(CLI::App& app) {
   command->add_flag("--no-dem", arguments->no_dem, "do not use the DEM");
   command->add_flag("--no-loops", arguments->no_loops, "do not close loops");
   command->add_flag("--odometry-only", arguments->odometry_only, "neither DEM nor loops");
-  command->add_flag("--overwrite", inputs.overwrite, "replace a finished run in the output folder");
+  command->add_flag("--overwrite", inputs.overwrite, "start anew in the output folder, whatever it holds");
   command->footer(
-      "Examples:\n  demslam run runs/data -o runs/anchored\n  demslam run runs/data -o runs/odometry --odometry-only");
+      "Examples:\n  demslam run runs/data -o runs/anchored\n  demslam run runs/data -o runs/odometry --odometry-only\n"
+      "An interrupted or killed run goes on at its last keyframe when its command is given again.");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -34,6 +34,16 @@ void motion_fields(Io& io, O& o) {
 }
 
 template <class Io, class O>
+void lost_fields(Io& io, O& o) {
+  io.field("use_imu", o.use_imu);
+  io.field("use_wheels", o.use_wheels);
+  io.field("lost_sigma_m_per_s", o.lost_sigma_m_per_s);
+  io.field("lost_sigma_deg_per_s", o.lost_sigma_deg_per_s);
+  io.field("gyro_sigma_deg_per_s", o.gyro_sigma_deg_per_s);
+  io.field("wheel_sigma", o.wheel_sigma);
+}
+
+template <class Io, class O>
 void method_field(Io& io, O& method) {
   std::string word = to_string(method);
   io.field("method", word);
@@ -53,8 +63,7 @@ void odometry_fields(Io& io, O& o) {
   io.field("keyframe_max_rotation_deg", o.keyframe_max_rotation_deg);
   io.field("max_speed_m_per_s", o.max_speed_m_per_s);
   io.field("max_rotation_rate_deg_per_s", o.max_rotation_rate_deg_per_s);
-  io.field("lost_sigma_m_per_s", o.lost_sigma_m_per_s);
-  io.field("lost_sigma_deg_per_s", o.lost_sigma_deg_per_s);
+  io.section("lost", [&](Io& section) { lost_fields(section, o.lost); });
 }
 
 template <class Io, class O>

@@ -17,6 +17,12 @@ Eigen::Vector3d vector_at(const TextTable& table, const TextRow& row, std::size_
   return {table.number(row, column), table.number(row, column + 1), table.number(row, column + 2)};
 }
 
+template <class Sample>
+void check_increasing(const TextTable& table, const TextRow& row, const std::vector<Sample>& samples) {
+  const std::size_t n = samples.size();
+  if (n > 1 && samples[n - 1].t_ns <= samples[n - 2].t_ns) table.fail(row, "the stamps must increase");
+}
+
 float float_at(const char* bytes, bool little_endian) {
   std::uint32_t word = 0;
   for (int i = 0; i < 4; ++i) {
@@ -44,9 +50,20 @@ std::vector<ImuSample> read_imu(const std::filesystem::path& file) {
   samples.reserve(table.rows.size());
   for (const TextRow& row : table.rows) {
     check_columns(table, row, 7, "t [ns], w xyz [rad/s], a xyz [m/s^2]");
-    const TimestampNs t_ns = table.integer(row, 0);
-    if (!samples.empty() && t_ns <= samples.back().t_ns) table.fail(row, "the stamps must increase");
-    samples.push_back({t_ns, vector_at(table, row, 1), vector_at(table, row, 4)});
+    samples.push_back({table.integer(row, 0), vector_at(table, row, 1), vector_at(table, row, 4)});
+    check_increasing(table, row, samples);
+  }
+  return samples;
+}
+
+std::vector<WheelSample> read_wheels(const std::filesystem::path& file) {
+  const TextTable table = read_table(file);
+  std::vector<WheelSample> samples;
+  samples.reserve(table.rows.size());
+  for (const TextRow& row : table.rows) {
+    check_columns(table, row, 3, "t [ns], left, right [m]");
+    samples.push_back({table.integer(row, 0), table.number(row, 1), table.number(row, 2)});
+    check_increasing(table, row, samples);
   }
   return samples;
 }

@@ -25,6 +25,15 @@ struct ImuSample {
 /// LuSNAR imu.txt and EuRoC imu0/data.csv: lines `t [ns], w xyz, a xyz`, stamps increasing. Throws Error with the line.
 std::vector<ImuSample> read_imu(const std::filesystem::path& file);
 
+/// Distance rolled by the left and by the right wheels since the start.
+struct WheelSample {
+  TimestampNs t_ns = 0;
+  double left_m = 0.0, right_m = 0.0;
+};
+
+/// wheels.txt: lines `t [ns], left, right [m]`, stamps increasing. Throws Error with the line.
+std::vector<WheelSample> read_wheels(const std::filesystem::path& file);
+
 /// A depth image along the camera's forward axis, metres, top row first.
 struct DepthImage {
   int width = 0, height = 0;

@@ -18,6 +18,14 @@ class Pose {
   Pose(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation)
       : Pose(Eigen::Quaterniond(rotation), translation) {}
 
+  /// From numbers that were a pose's: bit for bit, without the constructor's normalisation.
+  static Pose exactly(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation) {
+    Pose pose;
+    pose.rotation_ = rotation;
+    pose.translation_ = translation;
+    return pose;
+  }
+
   const Eigen::Quaterniond& rotation() const { return rotation_; }
   const Eigen::Vector3d& translation() const { return translation_; }
   Eigen::Matrix3d rotation_matrix() const { return rotation_.toRotationMatrix(); }

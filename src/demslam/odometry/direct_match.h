@@ -4,15 +4,18 @@
 #include <optional>
 #include <vector>
 
+#include "demslam/base/time.h"
 #include "demslam/odometry/correspondence.h"
 #include "demslam/odometry/motion.h"
 
 namespace demslam {
 
-/// A stereo view with its images: what patches can be aligned with.
+/// A stereo view with its images: what patches can be aligned with. A frame that shows nothing has neither features nor
+/// images.
 struct StereoView {
   std::shared_ptr<const StereoFeatures> features;
   std::shared_ptr<const Image> left, right;
+  TimestampNs t_ns = 0;
 };
 
 /// A point of view a, carried by the patch around its pixel.

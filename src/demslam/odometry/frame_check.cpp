@@ -39,9 +39,13 @@ std::string FrameCheck::problem(const Image& left, const Image& right) {
     if (!problem.empty()) return problem;
   }
   if (left.pixels == last_left_.pixels || right.pixels == last_right_.pixels) return "frozen frame";
+  remember(left, right);
+  return {};
+}
+
+void FrameCheck::remember(const Image& left, const Image& right) {
   last_left_ = left;
   last_right_ = right;
-  return {};
 }
 
 }  // namespace demslam

@@ -13,6 +13,8 @@ class FrameCheck {
 
   /// "empty frame", "wrong size", "dark frame", "saturated frame", "frozen frame", or nothing if the pair is usable.
   std::string problem(const Image& left, const Image& right);
+  /// The previous usable pair, after a restart.
+  void remember(const Image& left, const Image& right);
 
  private:
   int width_, height_;

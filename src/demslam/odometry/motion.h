@@ -26,9 +26,9 @@ struct StereoFeatures {
 
 struct MotionOptions {
   double min_depth_m = 0.3, max_depth_m = 60.0;
-  /// Farther points are not triangulated: what is left of calibration errors biases small disparities, and with them the
-  /// scale of the motion (the idea of ORB-SLAM2's close points, there 40 baselines, Mur-Artal and Tardos 2017, III-A; ground
-  /// seen from a rover's mast needs more).
+  /// Farther points are not triangulated: what is left of calibration errors biases small disparities, and with them
+  /// the scale of the motion (the idea of ORB-SLAM2's close points, there 40 baselines, Mur-Artal and Tardos 2017,
+  /// III-A; ground seen from a rover's mast needs more).
   double max_depth_baselines = 80.0;
   double ransac_threshold_px = 2.0;
   int ransac_iterations = 300;

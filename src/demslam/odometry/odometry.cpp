@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <optional>
 
@@ -20,6 +21,11 @@ struct Keyframe {
   TimestampNs t_ns = 0;
   StereoView view;
   int most_inliers = 0;  ///< of any frame tracked against it
+
+  template <class Archive>
+  friend void archive(Archive& io, Keyframe& k) {
+    io(k.index, k.t_ns, k.view, k.most_inliers);
+  }
 };
 
 /// A view whose pose is known, against which another can be tracked: a keyframe itself or a frame tracked from it.
@@ -29,6 +35,11 @@ struct View {
   StereoView view;
   Pose T_keyframe_left;
   Matrix6d covariance = Matrix6d::Zero();  ///< of its right perturbation
+
+  template <class Archive>
+  friend void archive(Archive& io, View& v) {
+    io(v.keyframe, v.t_ns, v.view, v.T_keyframe_left, v.covariance);
+  }
 };
 
 View view_of(const Keyframe& keyframe) {
@@ -65,28 +76,37 @@ struct StereoOdometry::State {
         frontend(std::move(both)),
         options(all),
         frame_check(rig.width, rig.height),
+        dead_reckoning(options.lost, rig.T_body_left),
         window(rig, options.motion, options.window_keyframes) {}
 
   RectifiedRig rig;
   Frontend frontend;
   OdometryOptions options;
   FrameCheck frame_check;
+  DeadReckoning dead_reckoning;
   Window window;  // only kept up with OdometryMethod::window
 
   std::size_t keyframes = 0;
-  StereoView current;  // the frame in work
-  Keyframe keyframe;   // frames are tracked against it
-  View last;           // the last tracked frame: predictions start here
+  StereoView current;                         // the frame in work
+  Keyframe keyframe;                          // frames are tracked against it
+  View last;                                  // the last tracked frame: predictions start here
+  std::optional<TimestampNs> last_usable_ns;  // the pair that the frame check remembers
   Vector6d twist_per_s = Vector6d::Zero();
   struct Anchor {
     Keyframe keyframe;
     View last;
     Window window;
     int frames_since = 0;
+
+    template <class Archive>
+    friend void archive(Archive& io, Anchor& a) {
+      io(a.keyframe, a.last, a.window, a.frames_since);
+    }
   };
   std::optional<Anchor> before_loss;  // what to come back to after a loss
 
-  void observe(const Image& left, const Image& right, OdometryResult& result);
+  void look(const Image& left, const Image& right, OdometryResult& result);
+  StereoView observe(TimestampNs t_ns, ImagePair pair, OdometryTimings& timings) const;
   bool track(OdometryResult& result);
   bool track_against(const View& view, OdometryResult& result);
   bool is_jump(const View& view, const Pose& T_view_left, TimestampNs t_ns) const;
@@ -96,20 +116,34 @@ struct StereoOdometry::State {
   bool wants_keyframe(const OdometryResult& result) const;
   void add_keyframe(OdometryResult& result);
   void adjust_window(OdometryResult& result);
+
+  template <class Archive>
+  void archive(Archive& io);
+  void restore_views(const PairSource& pair_at);
 };
 
 /// Extracts the left image's features and finds their disparities.
-void StereoOdometry::State::observe(const Image& left, const Image& right, OdometryResult& result) {
+StereoView StereoOdometry::State::observe(TimestampNs t_ns, ImagePair pair, OdometryTimings& timings) const {
   const Stopwatch extract;
-  Features features = frontend.extractor->extract(left);
-  result.timings.extract_ms = extract.elapsed_ms();
+  Features features = frontend.extractor->extract(pair.left);
+  timings.extract_ms = extract.elapsed_ms();
   const Stopwatch stereo;
-  auto observed = std::make_shared<StereoFeatures>(match_stereo(rig, std::move(features), left, right, options.motion));
-  result.timings.stereo_ms = stereo.elapsed_ms();
-  result.keypoints = static_cast<int>(observed->left.size());
-  result.stereo_points = static_cast<int>(std::ranges::count_if(observed->disparity_px, [](float d) { return d > 0; }));
-  result.features = observed;
-  current = {.features = observed, .left = std::make_shared<Image>(left), .right = std::make_shared<Image>(right)};
+  auto observed =
+      std::make_shared<StereoFeatures>(match_stereo(rig, std::move(features), pair.left, pair.right, options.motion));
+  timings.stereo_ms = stereo.elapsed_ms();
+  return {.features = observed,
+          .left = std::make_shared<Image>(std::move(pair.left)),
+          .right = std::make_shared<Image>(std::move(pair.right)),
+          .t_ns = t_ns};
+}
+
+void StereoOdometry::State::look(const Image& left, const Image& right, OdometryResult& result) {
+  last_usable_ns = result.t_ns;
+  current = observe(result.t_ns, {left, right}, result.timings);
+  const StereoFeatures& seen = *current.features;
+  result.features = current.features;
+  result.keypoints = static_cast<int>(seen.left.size());
+  result.stereo_points = static_cast<int>(std::ranges::count_if(seen.disparity_px, [](float d) { return d > 0; }));
 }
 
 /// Tries what the frame may still share a view with, the best reference first.
@@ -183,15 +217,11 @@ void StereoOdometry::State::accept(const OdometryResult& result) {
 
 /// Predicts from the last tracked frame; the uncertainty grows with all the time since.
 void StereoOdometry::State::bridge(OdometryResult& result) const {
-  const double seconds = to_seconds(result.t_ns - last.t_ns);
-  const Pose step = Pose::exp(twist_per_s * seconds);
-  Vector6d sigma;
-  sigma.head<3>().setConstant(options.lost_sigma_deg_per_s * kRadPerDeg * seconds);
-  sigma.tail<3>().setConstant(options.lost_sigma_m_per_s * seconds);
+  const ReckonedStep step = dead_reckoning.step(last.t_ns, result.t_ns, twist_per_s);
   result.status = Tracking::bridged;
   result.reference_keyframe = last.keyframe;
-  result.T_reference_left = last.T_keyframe_left * step;
-  result.covariance = compose_covariance(last.covariance, step, sigma.cwiseAbs2().asDiagonal());
+  result.T_reference_left = last.T_keyframe_left * step.T_from_to;
+  result.covariance = compose_covariance(last.covariance, step.T_from_to, step.covariance);
 }
 
 bool StereoOdometry::State::wants_keyframe(const OdometryResult& result) const {
@@ -221,6 +251,36 @@ void StereoOdometry::State::adjust_window(OdometryResult& result) {
   }
 }
 
+template <class Archive>
+void StereoOdometry::State::archive(Archive& io) {
+  io(keyframes, keyframe, last, last_usable_ns, twist_per_s, window);
+  bool lost = before_loss.has_value();
+  io(lost);
+  if (lost && !before_loss) before_loss.emplace(Anchor{.window = window});
+  if (lost) io(*before_loss);
+}
+
+/// Every frame is looked at once, however many views share it.
+void StereoOdometry::State::restore_views(const PairSource& pair_at) {
+  std::map<TimestampNs, StereoView> seen;
+  const auto restore = [&](StereoView& view) {
+    if (!seen.contains(view.t_ns)) {
+      const auto nothing = std::make_shared<StereoFeatures>();
+      OdometryTimings untimed;
+      seen[view.t_ns] = view.left ? observe(view.t_ns, pair_at(view.t_ns), untimed)
+                                  : StereoView{.features = nothing, .t_ns = view.t_ns};
+    }
+    view = seen.at(view.t_ns);
+  };
+  restore(keyframe.view);
+  restore(last.view);
+  window.for_each_view(restore);
+  if (!before_loss) return;
+  restore(before_loss->keyframe.view);
+  restore(before_loss->last.view);
+  before_loss->window.for_each_view(restore);
+}
+
 StereoOdometry::StereoOdometry(const RectifiedRig& rig, Frontend frontend, const OdometryOptions& options)
     : state_(std::make_unique<State>(rig, std::move(frontend), options)) {}
 
@@ -230,8 +290,8 @@ OdometryResult StereoOdometry::process(TimestampNs t_ns, const Image& left, cons
   State& state = *state_;
   OdometryResult result{.t_ns = t_ns, .features = std::make_shared<StereoFeatures>()};
   result.reason = state.frame_check.problem(left, right);
-  state.current = {.features = result.features};
-  if (result.reason.empty()) state.observe(left, right, result);
+  state.current = {.features = result.features, .t_ns = t_ns};
+  if (result.reason.empty()) state.look(left, right, result);
   if (state.keyframes == 0) {
     state.add_keyframe(result);
     return result;
@@ -246,6 +306,27 @@ OdometryResult StereoOdometry::process(TimestampNs t_ns, const Image& left, cons
   if (state.wants_keyframe(result)) state.add_keyframe(result);
   result.timings.motion_ms = motion.elapsed_ms();
   return result;
+}
+
+void StereoOdometry::set_sensors(MotionSensors sensors) { state_->dead_reckoning.set_sensors(std::move(sensors)); }
+
+std::string StereoOdometry::save() const {
+  ArchiveWriter io;
+  state_->archive(io);
+  return io.take();
+}
+
+void StereoOdometry::restore(std::string_view saved, const PairSource& pair_at) {
+  ArchiveReader io(saved);
+  state_->archive(io);
+  state_->restore_views(pair_at);
+  if (!state_->last_usable_ns) return;
+  const ImagePair pair = pair_at(*state_->last_usable_ns);
+  state_->frame_check.remember(pair.left, pair.right);
+}
+
+std::shared_ptr<const StereoFeatures> StereoOdometry::keyframe_features() const {
+  return state_->keyframe.view.features;
 }
 
 Matcher& StereoOdometry::matcher() { return *state_->frontend.matcher; }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "demslam/geometry/camera.h"
 #include "demslam/geometry/pose.h"
 #include "demslam/image/image.h"
+#include "demslam/odometry/dead_reckoning.h"
 #include "demslam/odometry/motion.h"
 
 namespace demslam {
@@ -28,11 +30,10 @@ struct OdometryOptions {
   double keyframe_max_rotation_deg = 15.0;
   double max_speed_m_per_s = 30.0;  ///< a faster motion is a jump: refused
   double max_rotation_rate_deg_per_s = 180.0;
-  double lost_sigma_m_per_s = 0.5;  ///< growth of the bridging covariance while lost
-  double lost_sigma_deg_per_s = 5.0;
+  DeadReckoningOptions lost;  ///< how bad frames are bridged
 };
 
-enum class Tracking { initialised, tracked, bridged };  ///< bridged: lost; the pose is a constant-velocity prediction
+enum class Tracking { initialised, tracked, bridged };  ///< bridged: lost; the pose is dead reckoning
 
 struct OdometryTimings {
   double extract_ms = 0.0, stereo_ms = 0.0, motion_ms = 0.0;
@@ -57,9 +58,17 @@ struct OdometryResult {
 std::string to_string(Tracking status);
 std::string to_string(OdometryMethod method);
 
+/// Rectified.
+struct ImagePair {
+  Image left, right;
+};
+
+/// The pair seen at an earlier time.
+using PairSource = std::function<ImagePair(TimestampNs)>;
+
 /// Stereo visual odometry on rectified pairs: extract, match left-right, triangulate, track against the last keyframe,
-/// decide on a new keyframe. It never stops on a bad frame: it bridges with a constant-velocity prediction whose
-/// covariance grows with the time lost, starts a new keyframe at the next good frame, and goes on. Knows no DEM and no
+/// decide on a new keyframe. It never stops on a bad frame: it bridges by dead reckoning, with a covariance that
+/// grows with the time lost, starts a new keyframe at the next good frame, and goes on. Knows no DEM and no
 /// map.
 class StereoOdometry {
  public:
@@ -68,6 +77,16 @@ class StereoOdometry {
 
   /// Pairs in increasing time.
   OdometryResult process(TimestampNs t_ns, const Image& left, const Image& right);
+
+  /// What bridges bad frames better than the last velocity.
+  void set_sensors(MotionSensors sensors);
+
+  /// Everything that the next frames depend on, but images and features: restore() makes those again from the pairs of
+  /// a few earlier frames. It then goes on exactly as the saved one would have.
+  std::string save() const;
+  void restore(std::string_view saved, const PairSource& pair_at);
+  /// Of the last keyframe; null before the first one.
+  std::shared_ptr<const StereoFeatures> keyframe_features() const;
 
   /// For loop closure: the same matcher.
   Matcher& matcher();

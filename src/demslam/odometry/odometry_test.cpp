@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "demslam/base/error.h"
 #include "demslam/odometry/synthetic_scene.h"
 
 namespace demslam {
@@ -102,6 +103,43 @@ TEST(StereoOdometry, SameInputGivesTheSameBytes) {
     EXPECT_EQ(a.covariance, b.covariance);
     EXPECT_EQ(a.inliers, b.inliers);
   }
+}
+
+/// A scene of stray frames in the middle, so that the state includes what to come back to.
+RenderedPair frame_with_a_stray(int frame) {
+  return frame == 4 ? render_pair(test_rig(), T_world_left(70.0, 40.0, 1.0), 7) : frame_of(frame);
+}
+
+TEST(StereoOdometry, GoesOnFromASavedStateToTheSameBits) {
+  OdometryOptions options;
+  options.keyframe_max_distance_m = 0.1;
+  const auto pair_at = [](TimestampNs t_ns) {
+    const RenderedPair pair = frame_with_a_stray(static_cast<int>(t_ns / kStepNs));
+    return ImagePair{pair.left, pair.right};
+  };
+  const auto process = [&](StereoOdometry& odometry, int frame) {
+    const ImagePair pair = pair_at(frame * kStepNs);
+    return odometry.process(frame * kStepNs, pair.left, pair.right);
+  };
+  StereoOdometry undisturbed(test_rig(), make_frontend(few_features()), options);
+  for (int i = 0; i < 5; ++i) process(undisturbed, i);
+  StereoOdometry restored(test_rig(), make_frontend(few_features()), options);
+  restored.restore(undisturbed.save(), pair_at);
+  EXPECT_EQ(restored.save(), undisturbed.save());
+  for (int i = 5; i < 8; ++i) {
+    const OdometryResult a = process(undisturbed, i), b = process(restored, i);
+    EXPECT_EQ(a.status, Tracking::tracked) << a.reason;
+    EXPECT_EQ(a.T_reference_left.matrix(), b.T_reference_left.matrix());
+    EXPECT_EQ(a.covariance, b.covariance);
+    EXPECT_EQ(a.keyframe, b.keyframe);
+  }
+  EXPECT_EQ(restored.save(), undisturbed.save());
+}
+
+TEST(StereoOdometry, RefusesASavedStateThatIsCutShort) {
+  StereoOdometry odometry(test_rig(), make_frontend(few_features()), {});
+  const std::string saved = odometry.save();
+  EXPECT_THROW(odometry.restore(saved.substr(0, saved.size() / 2), {}), Error);
 }
 
 TEST(StereoOdometry, BridgesDarkFramesAndComesBackToItsKeyframe) {

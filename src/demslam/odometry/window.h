@@ -1,9 +1,11 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <optional>
 #include <vector>
 
+#include "demslam/odometry/archive.h"
 #include "demslam/odometry/bundle.h"
 #include "demslam/odometry/direct_match.h"
 
@@ -25,22 +27,46 @@ class Window {
   /// none, and a restart from the new keyframe, if too few landmarks are seen in it.
   std::optional<Motion> add(const StereoView& view, const Pose& T_newest_left);
 
+  /// The state but for the views' features and images: those are visited after reading.
+  template <class Archive>
+  friend void archive(Archive& io, Window& w) {
+    io(w.next_id_, w.members_);
+  }
+  void for_each_view(const std::function<void(StereoView&)>& visit) {
+    for (Member& member : members_) visit(member.view);
+  }
+
  private:
   struct Sighting {
     std::size_t member = 0;
     StereoPixel pixel;
+
+    template <class Archive>
+    friend void archive(Archive& io, Sighting& s) {
+      io(s.member, s.pixel);
+    }
   };
   struct Landmark {
     PatchPoint point;
     double disparity_px = 0.0;  ///< in its host, as refined
     std::vector<Sighting> sightings;
     bool in_sight = true;  ///< found in the newest keyframe when last looked for
+
+    template <class Archive>
+    friend void archive(Archive& io, Landmark& l) {
+      io(l.point, l.disparity_px, l.sightings, l.in_sight);
+    }
   };
   struct Member {
     std::size_t id = 0;
     StereoView view;
     Pose T_world_left;
     std::vector<Landmark> landmarks;
+
+    template <class Archive>
+    friend void archive(Archive& io, Member& m) {
+      io(m.id, m.view, m.T_world_left, m.landmarks);
+    }
   };
 
   Member make_member(const StereoView& view, const Pose& T_world_left);

@@ -1,25 +1,19 @@
 #include "demslam/slam/backend.h"
 
 #include <algorithm>
+#include <deque>
 #include <utility>
 
 #include "demslam/base/error.h"
 #include "demslam/graph/pose_graph.h"
+#include "demslam/slam/feature_cache.h"
 
 namespace demslam {
 namespace {
 
-/// A tracked frame, held relative to its keyframe so that it moves along with it.
-struct TrackedFrame {
-  TimestampNs t_ns = 0;
-  std::size_t keyframe = 0;
-  Pose T_keyframe_body;
-};
-
 struct Keyframe {
   TimestampNs t_ns = 0;
   Pose T_map_body_odometry;  ///< by odometry alone
-  std::shared_ptr<const StereoFeatures> features;
 };
 
 void check_start_on_dem(const Dem& dem, const Pose& T_map_body) {
@@ -32,26 +26,37 @@ void check_start_on_dem(const Dem& dem, const Pose& T_map_body) {
               std::to_string(extent.north_m) + " m of the map (check --dem and --start)");
 }
 
+/// The accepted candidate, else the best of those that were tried.
+std::optional<LoopResult> best_of(const std::vector<LoopResult>& loops) {
+  if (loops.empty()) return std::nullopt;
+  return *std::min_element(loops.begin(), loops.end(),
+                           [](const auto& a, const auto& b) { return a.status < b.status; });
+}
+
 }  // namespace
 
 struct Backend::State {
   RectifiedRig rig;
   Matcher& matcher;
   SlamOptions options;
+  FeatureCache features;
   std::shared_ptr<const Dem> dem;
   StartPrior start;
   PoseGraph graph;
   LoopClosure loops;
   std::optional<DemAnchor> anchor;  ///< none without a DEM
   std::vector<Keyframe> keyframes;
-  std::vector<TrackedFrame> frames;
+  std::vector<FramePlace> frames;  ///< tracked ones
   SlamCounters counters;
+  std::vector<Motion> verified;               ///< at the newest keyframe
+  std::optional<std::deque<Motion>> earlier;  ///< what to repeat instead of verifying anew
 
   State(const RectifiedRig& rectified_rig, Matcher& features_matcher, std::shared_ptr<const Dem> elevation,
-        const StartPrior& prior, const SlamOptions& o)
+        const StartPrior& prior, const SlamOptions& o, FeatureSource stored)
       : rig(rectified_rig),
         matcher(features_matcher),
         options(o),
+        features(std::move(stored)),
         dem(std::move(elevation)),
         start(prior),
         graph(o.graph),
@@ -60,8 +65,19 @@ struct Backend::State {
   }
 
   LoopVerifier verifier() {
-    const auto features = [this](std::size_t keyframe) { return keyframes[keyframe].features; };
-    return stereo_verifier(rig, features, matcher, options.odometry.motion);
+    const LoopVerifier by_images =
+        stereo_verifier(rig, [this](std::size_t k) { return features.at(k); }, matcher, options.odometry.motion);
+    return [this, by_images](std::size_t i, std::size_t j, const Pose& guess) {
+      verified.push_back(earlier ? next_earlier() : by_images(i, j, guess));
+      return verified.back();
+    };
+  }
+
+  Motion next_earlier() {
+    if (earlier->empty()) throw Error("the stored run does not repeat itself: it was made by another build of demslam");
+    Motion motion = std::move(earlier->front());
+    earlier->pop_front();
+    return motion;
   }
 
   Pose T_reference_body(const OdometryResult& result) const {
@@ -75,46 +91,63 @@ struct Backend::State {
             ad * result.covariance * ad.transpose()};
   }
 
-  void add_first_keyframe(const OdometryResult& result) {
+  void start_graph(const OdometryResult& result) {
     graph.add_keyframe(start.T_map_body);
     graph.add_prior(0, start.T_map_body, start.covariance);
-    keyframes.push_back({result.t_ns, start.T_map_body, result.features});
+    keyframes.push_back({result.t_ns, start.T_map_body});
   }
 
-  void add_keyframe(const OdometryResult& result) {
-    const RelativePose odometry_ij = measurement(result);
+  void extend_graph(const OdometryResult& result, const RelativePose& odometry_ij) {
     graph.add_keyframe(graph.T_map_body(odometry_ij.i) * graph.corrected_odometry(odometry_ij));
     graph.add_odometry(odometry_ij);
-    keyframes.push_back(
-        {result.t_ns, keyframes[odometry_ij.i].T_map_body_odometry * odometry_ij.T_i_j, result.features});
+    keyframes.push_back({result.t_ns, keyframes[odometry_ij.i].T_map_body_odometry * odometry_ij.T_i_j});
   }
 
   void anchor_keyframe(const OdometryResult& result) {
     if (!anchor) return;
     if (options.anchoring.patches) {
-      anchor->add_landmarks(
-          ground_landmarks(result.keyframe, rig, *result.features, options.odometry.motion, options.landmarks));
+      const auto seen = features.at(result.keyframe);
+      anchor->add_landmarks(ground_landmarks(result.keyframe, rig, *seen, options.odometry.motion, options.landmarks));
     }
     anchor->update(graph);
   }
 
-  void track(const OdometryResult& result) {
-    const std::size_t keyframe = result.is_keyframe ? result.keyframe : result.reference_keyframe;
-    ++counters.frames;
-    if (result.status == Tracking::bridged) {
-      ++counters.bridged;
-      return;
-    }
-    ++counters.tracked;
-    frames.push_back({result.t_ns, keyframe, result.is_keyframe ? Pose() : T_reference_body(result)});
+  FramePlace place(const OdometryResult& result) const {
+    if (result.is_keyframe) return {result.t_ns, result.keyframe, Pose()};
+    return {result.t_ns, result.reference_keyframe, T_reference_body(result)};
   }
 
-  /// The accepted candidate, else the best of those that were tried.
-  std::optional<LoopResult> close_loops() {
-    const std::vector<LoopResult> results = loops.close(graph);
-    if (results.empty()) return std::nullopt;
-    return *std::min_element(results.begin(), results.end(),
-                             [](const auto& a, const auto& b) { return a.status < b.status; });
+  void track(const FramePlace& frame, Tracking status) {
+    ++counters.frames;
+    const bool lost = status == Tracking::bridged;
+    ++(lost ? counters.bridged : counters.tracked);
+    if (!lost) frames.push_back(frame);
+  }
+
+  std::vector<LoopResult> close_loops() {
+    verified.clear();
+    return options.use_loops ? loops.close(graph) : std::vector<LoopResult>{};
+  }
+
+  void add_keyframe(const OdometryResult& result, FrameRecord& record) {
+    KeyframeRecord& keyframe = record.keyframe.emplace();
+    if (result.features) features.add(result.keyframe, result.features);
+    if (result.keyframe == 0) {
+      start_graph(result);
+    } else {
+      keyframe.odometry = measurement(result);
+      extend_graph(result, *keyframe.odometry);
+    }
+    anchor_keyframe(result);
+    const Stopwatch loop;
+    keyframe.loops = close_loops();
+    keyframe.verified = std::move(verified);
+    record.loop = best_of(keyframe.loops);
+    record.loop_ms = loop.elapsed_ms();
+    const Stopwatch optimization;
+    record.optimized = optimization_is_due(record.loop);
+    if (record.optimized) graph.optimize();
+    record.optimize_ms = optimization.elapsed_ms();
   }
 
   bool optimization_is_due(const std::optional<LoopResult>& loop) const {
@@ -124,7 +157,7 @@ struct Backend::State {
 
   Trajectory trajectory(const std::function<Pose(std::size_t)>& T_map_keyframe) const {
     Trajectory result;
-    for (const TrackedFrame& frame : frames) {
+    for (const FramePlace& frame : frames) {
       result.push_back({frame.t_ns, T_map_keyframe(frame.keyframe) * frame.T_keyframe_body});
     }
     return result;
@@ -141,32 +174,34 @@ struct Backend::State {
 };
 
 Backend::Backend(const RectifiedRig& rig, Matcher& matcher, std::shared_ptr<const Dem> dem, const StartPrior& start,
-                 const SlamOptions& options) {
+                 const SlamOptions& options, FeatureSource stored) {
   if (dem) check_start_on_dem(*dem, start.T_map_body);
-  state_ = std::make_unique<State>(rig, matcher, std::move(dem), start, options);
+  state_ = std::make_unique<State>(rig, matcher, std::move(dem), start, options, std::move(stored));
 }
 
 Backend::~Backend() = default;
 
 FrameRecord Backend::add(const OdometryResult& result) {
   State& s = *state_;
-  FrameRecord record{.odometry = result};
-  record.odometry.features.reset();
-  if (result.is_keyframe) {
-    result.keyframe == 0 ? s.add_first_keyframe(result) : s.add_keyframe(result);
-    s.anchor_keyframe(result);
-    const Stopwatch loop;
-    if (s.options.use_loops) record.loop = s.close_loops();
-    record.loop_ms = loop.elapsed_ms();
-    const Stopwatch optimization;
-    record.optimized = s.optimization_is_due(record.loop);
-    if (record.optimized) s.graph.optimize();
-    record.optimize_ms = optimization.elapsed_ms();
-  }
-  s.track(result);
-  record.T_map_body = result.is_keyframe ? s.graph.T_map_body(result.keyframe)
-                                         : s.graph.T_map_body(result.reference_keyframe) * s.T_reference_body(result);
+  FrameRecord record{.odometry = result, .place = s.place(result)};
+  if (result.is_keyframe) s.add_keyframe(result, record);
+  s.track(record.place, result.status);
+  record.T_map_body = s.graph.T_map_body(record.place.keyframe) * record.place.T_keyframe_body;
   return record;
+}
+
+void Backend::repeat(const OdometryResult& keyframe, std::vector<Motion> verified) {
+  state_->earlier.emplace(verified.begin(), verified.end());
+  add(keyframe);
+  state_->earlier.reset();
+}
+
+void Backend::repeat(const FramePlace& frame, Tracking status) { state_->track(frame, status); }
+
+std::size_t Backend::keyframes() const { return state_->keyframes.size(); }
+Pose Backend::T_map_keyframe(std::size_t keyframe) const { return state_->graph.T_map_body(keyframe); }
+Pose Backend::T_map_keyframe_odometry(std::size_t keyframe) const {
+  return state_->keyframes.at(keyframe).T_map_body_odometry;
 }
 
 SlamResult Backend::finish() {

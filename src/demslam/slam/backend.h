@@ -10,11 +10,27 @@
 
 namespace demslam {
 
+/// A frame, held relative to its keyframe so that it moves along with it.
+struct FramePlace {
+  TimestampNs t_ns = 0;
+  std::size_t keyframe = 0;
+  Pose T_keyframe_body;
+};
+
+/// What a keyframe brought to the graph.
+struct KeyframeRecord {
+  std::optional<RelativePose> odometry;  ///< body to body; none for the first keyframe
+  std::vector<LoopResult> loops;         ///< every candidate that was tried
+  std::vector<Motion> verified;          ///< what the images said of them, in the order of asking
+};
+
 /// What happened at one frame; one line of frames.jsonl.
 struct FrameRecord {
   std::size_t index = 0;
-  OdometryResult odometry;         ///< features dropped
-  Pose T_map_body;                 ///< present estimate
+  OdometryResult odometry;
+  FramePlace place;
+  Pose T_map_body;  ///< present estimate
+  std::optional<KeyframeRecord> keyframe;
   std::optional<LoopResult> loop;  ///< the best candidate that was tried, if any
   bool optimized = false;
   double loop_ms = 0.0, optimize_ms = 0.0, total_ms = 0.0;
@@ -49,14 +65,23 @@ struct StartPrior {
 /// odometry can feed several back-ends. Synchronous and deterministic.
 class Backend {
  public:
-  /// `dem` may be null; `matcher` serves loop closure and is kept by reference. Throws Error when the DEM has no height
-  /// at the start.
+  /// `dem` may be null; `matcher` serves loop closure and is kept by reference. `stored` gives the features of old
+  /// keyframes back; without it they stay in memory. Throws Error when the DEM has no height at the start.
   Backend(const RectifiedRig& rig, Matcher& matcher, std::shared_ptr<const Dem> dem, const StartPrior& start,
-          const SlamOptions& options);
+          const SlamOptions& options, FeatureSource stored = {});
   ~Backend();
 
   /// Results of one odometry, every frame in turn.
   FrameRecord add(const OdometryResult& result);
+
+  /// Repeats add() of a keyframe of an earlier run with what its images said then, to the same bits.
+  void repeat(const OdometryResult& keyframe, std::vector<Motion> verified);
+  /// The same for any other frame.
+  void repeat(const FramePlace& frame, Tracking status);
+
+  std::size_t keyframes() const;
+  Pose T_map_keyframe(std::size_t keyframe) const;           ///< present estimate
+  Pose T_map_keyframe_odometry(std::size_t keyframe) const;  ///< by odometry alone
   /// The last batch optimisation and everything estimated so far.
   SlamResult finish();
 

@@ -1,19 +1,19 @@
 #include "demslam/slam/run.h"
 
+#include <algorithm>
 #include <future>
-#include <nlohmann/json.hpp>
+#include <ranges>
 
 #include "demslam/base/error.h"
-#include "demslam/base/sha256.h"
-#include "demslam/base/version.h"
 #include "demslam/dataset/sequence.h"
 #include "demslam/image/rectify.h"
+#include "demslam/slam/recorder.h"
 #include "demslam/slam/run_folder.h"
+#include "demslam/slam/summary.h"
 
 namespace demslam {
 namespace {
 
-using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 struct RectifiedFrame {
@@ -84,62 +84,52 @@ std::size_t last_frame(const RunInputs& inputs, const StereoSequence& sequence) 
   return inputs.first_frame + (inputs.max_frames == 0 ? left : std::min(left, inputs.max_frames));
 }
 
-double first_to_last_m(const Trajectory& trajectory) {
-  if (trajectory.empty()) return 0.0;
-  return (trajectory.back().pose.translation() - trajectory.front().pose.translation()).norm();
+MotionSensors read_sensors(const SensorFiles& files) {
+  MotionSensors sensors;
+  if (files.imu) sensors.imu = read_imu(*files.imu);
+  if (files.wheels) sensors.wheels = read_wheels(*files.wheels);
+  return sensors;
 }
 
-Json file_json(const fs::path& file) {
-  return {{"path", fs::absolute(file).lexically_normal().string()}, {"sha256", sha256_of_file(file)}};
+/// Earlier pairs for the odometry's restart.
+PairSource pair_source(const StereoSequence& sequence, const Rectifier& rectifier) {
+  return [&](TimestampNs t_ns) -> ImagePair {
+    const auto indices = std::views::iota(std::size_t(0), sequence.size());
+    const auto index =
+        *std::ranges::lower_bound(indices, t_ns, {}, [&](std::size_t i) { return sequence.stamp_ns(i); });
+    RectifiedFrame frame = load(sequence, rectifier, index);
+    return {std::move(frame.left), std::move(frame.right)};
+  };
 }
 
-Json counters_json(const SlamCounters& counters) {
-  return {{"frames", counters.frames},
-          {"tracked", counters.tracked},
-          {"bridged", counters.bridged},
-          {"keyframes", counters.keyframes},
-          {"loops",
-           {{"proposed", counters.loops.proposed},
-            {"verified", counters.loops.verified},
-            {"accepted", counters.loops.accepted},
-            {"rejected", counters.loops.rejected}}},
-          {"dem_factors",
-           {{"height", counters.anchoring.height},
-            {"normal", counters.anchoring.normal},
-            {"skipped_outside", counters.anchoring.skipped_outside},
-            {"skipped_tilt", counters.anchoring.skipped_tilt},
-            {"patches", counters.anchoring.patches},
-            {"patch_cells", counters.anchoring.patch_cells},
-            {"skipped_patches", counters.anchoring.skipped_patches}}}};
-}
-
-Json inputs_json(const RunInputs& inputs, const StereoSequence& sequence, const std::optional<fs::path>& dem) {
-  Json json = {{"dataset", fs::absolute(inputs.dataset).lexically_normal().string()}, {"format", sequence.format()}};
-  for (const fs::path& file : sequence.definition_files()) json["files"].push_back(file_json(file));
-  if (inputs.start) json["start"] = file_json(*inputs.start);
-  if (dem) json["dem"] = file_json(*dem);
-  return json;
-}
-
-std::string summary_json(const RunInputs& inputs, const StereoSequence& sequence, const std::optional<fs::path>& dem,
-                         const SlamOptions& options, const RunReport& report) {
-  Json models = Json::array();
-  for (const fs::path& model : {options.frontend.extractor_model, options.frontend.matcher_model}) {
-    if (!model.empty()) models.push_back(file_json(model));
+/// The folder's map: an interrupted run's, to go on with, or a new one.
+MapStore open_map(const RunInputs& inputs, RunFolder& folder, const MapHeader& header, std::size_t end) {
+  if (inputs.overwrite) folder.clear();
+  const auto summary = folder.summary();
+  const fs::path file = folder.map_file();
+  const bool begun = fs::exists(file);
+  if (summary && (!begun || is_finished(*summary, end))) {
+    throw Error(inputs.output.string() + ": already holds a finished run; choose another folder or pass --overwrite");
   }
-  const Trajectory& trajectory = report.result.trajectory;
-  const Json json = {{"demslam", kVersion},
-                     {"inputs", inputs_json(inputs, sequence, dem)},
-                     {"models", models},
-                     {"first_frame", inputs.first_frame},
-                     {"frames_in_dataset", report.frames_in_dataset},
-                     {"frames_asked", report.frames_asked},
-                     {"interrupted", report.interrupted},
-                     {"anchored", report.anchored},
-                     {"counters", counters_json(report.result.counters)},
-                     {"path_length_m", path_length_m(trajectory)},
-                     {"first_to_last_m", first_to_last_m(trajectory)}};
-  return json.dump(1) + "\n";
+  if (!begun) return MapStore::create(file, header);
+  const MapHeader earlier = MapStore::open_read_only(file).header();
+  if (earlier.version != header.version) {
+    throw Error(inputs.output.string() + ": was begun by demslam " + earlier.version + ", this is " + header.version +
+                "; go on with that one, or pass --overwrite to start anew");
+  }
+  check_same_run(inputs.output, earlier.inputs, header.inputs, earlier.config_toml, header.config_toml);
+  return MapStore::open(file);
+}
+
+std::string stored_records(const MapStore& map) {
+  std::string lines;
+  map.for_each_frame([&](const StoredFrame& frame) { lines += frame.record + "\n"; });
+  return lines;
+}
+
+std::size_t next_frame(const MapStore& map, std::size_t first) {
+  const std::size_t keyframes = map.keyframe_count();
+  return keyframes == 0 ? first : map.keyframe(keyframes - 1).frame + 1;
 }
 
 }  // namespace
@@ -150,17 +140,30 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
   const auto dem_file = chosen_dem(inputs, *sequence, options);
   const auto dem = dem_file ? std::make_shared<const Dem>(read_dem(*dem_file)) : nullptr;
   const Rectifier rectifier(sequence->rig());
+  const std::string inputs_json = inputs_text(inputs, *sequence, dem_file, options);
+  const std::size_t end = last_frame(inputs, *sequence);
+  std::optional<MapStore> opened;  // once everything else has proved sound
   Slam slam(rectifier.rig(), make_frontend(options.frontend), dem,
-            prior_of(chosen_start(inputs, *sequence, dem != nullptr)), options);
-  const std::size_t first = inputs.first_frame, end = last_frame(inputs, *sequence);
+            prior_of(chosen_start(inputs, *sequence, dem != nullptr)), options,
+            [&](std::size_t keyframe) { return opened->features(keyframe); });
 
-  RunFolder folder(inputs.output, inputs.overwrite);
+  slam.odometry().set_sensors(read_sensors(sensor_files(inputs, *sequence, options)));
+  RunFolder folder(inputs.output);
+  MapStore& map = opened.emplace(open_map(inputs, folder, {rectifier.rig(), inputs.config_toml, inputs_json}, end));
+  resume(slam, map, pair_source(*sequence, rectifier));
+  Recorder recorder(map, slam);
+  const std::size_t first = next_frame(map, inputs.first_frame);
   folder.write_config(inputs.config_toml);
-  RunReport report{.frames_in_dataset = sequence->size(), .frames_asked = end - first, .anchored = dem != nullptr};
+  folder.begin(stored_records(map));
+  RunReport report{.frames_in_dataset = sequence->size(),
+                   .frames_asked = end - inputs.first_frame,
+                   .resumed_at = first,
+                   .anchored = dem != nullptr};
   const auto write_results = [&] {
     report.result = slam.finish();
+    recorder.finish(report.result);
     folder.write_result(report.result, dem ? &dem->raster().frame : nullptr);
-    folder.write_summary(summary_json(inputs, *sequence, dem_file, options, report));
+    folder.write_summary(summary_text(inputs, inputs_json, report));
   };
 
   try {
@@ -169,13 +172,17 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
       const RectifiedFrame frame = prefetch.take();
       FrameRecord record = slam.process(frame.t_ns, frame.left, frame.right);
       record.index = index;
+      recorder.add(record);
       folder.append(record);
-      progress.report(index + 1 - first, end - first);
+      progress.report(index + 1 - inputs.first_frame, report.frames_asked);
       report.interrupted = progress.stop_requested() && index + 1 < end;
     }
-  } catch (const Error&) {  // a broken image in the middle: keep what was done, then say what broke
+  } catch (const Error&) {  // a broken image in the middle, a full disk: keep what was done, then say what broke
     report.interrupted = true;
-    write_results();
+    try {
+      write_results();
+    } catch (const Error&) {  // for the same reason; the map has all up to the last keyframe
+    }
     throw;
   }
   write_results();

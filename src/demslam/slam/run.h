@@ -19,9 +19,9 @@ struct RunInputs {
   std::optional<std::filesystem::path> calibration;  ///< replaces the dataset's own
   std::optional<std::filesystem::path> start;        ///< start.toml; default: the dataset's own
   std::filesystem::path output;                      ///< the run folder
-  bool overwrite = false;
-  std::size_t first_frame = 0, max_frames = 0;  ///< 0: to the end
-  std::string config_toml;                      ///< effective options as text, stored beside the result
+  bool overwrite = false;                            ///< an earlier run there is removed; else it goes on
+  std::size_t first_frame = 0, max_frames = 0;       ///< 0: to the end
+  std::string config_toml;                           ///< effective options as text, stored beside the result
   /// How `dataset` is opened: path, format, calibration ("" each for the dataset's own).
   std::function<std::unique_ptr<StereoSequence>(const std::filesystem::path&, const std::string&,
                                                 const std::filesystem::path&)>
@@ -31,12 +31,15 @@ struct RunInputs {
 struct RunReport {
   SlamResult result;
   std::size_t frames_in_dataset = 0, frames_asked = 0;
-  bool interrupted = false;  ///< stopped early on request; the folder is valid and holds what was done
-  bool anchored = false;     ///< a DEM was used
+  std::size_t resumed_at = 0;  ///< first frame that was not done by an earlier part of the run
+  bool interrupted = false;    ///< stopped early on request; the folder is valid and holds what was done
+  bool anchored = false;       ///< a DEM was used
   double seconds = 0.0;
 };
 
-/// Opens the dataset and the DEM, runs the SLAM over every frame and writes the run folder. Throws Error.
+/// Opens the dataset and the DEM, runs the SLAM over every frame and writes the run folder. Where the folder holds an
+/// interrupted run of the same inputs and options, that one goes on after its last keyframe and ends as if it had never
+/// stopped. Throws Error.
 RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Progress& progress);
 
 }  // namespace demslam

@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "demslam/base/error.h"
 #include "demslam/base/text.h"
+#include "demslam/slam/frame_json.h"
+#include "demslam/store/writer_lock.h"
 
 namespace demslam {
 namespace {
@@ -54,51 +57,16 @@ std::string geojson_text(const Trajectory& trajectory, const LocalFrame& frame) 
   return Json{{"type", "FeatureCollection"}, {"features", {feature}}}.dump(1) + "\n";
 }
 
-const char* name_of(LoopStatus status) {
-  switch (status) {
-    case LoopStatus::accepted:
-      return "accepted";
-    case LoopStatus::not_matched:
-      return "not matched";
-    case LoopStatus::inconsistent:
-      return "inconsistent";
-  }
-  return "";
-}
+std::size_t count_lines(const std::string& text) { return std::ranges::count(text, '\n'); }
 
-Json loop_json(const LoopResult& loop) {
-  Json json = {{"status", name_of(loop.status)}, {"inliers", loop.inliers}};
-  if (loop.status != LoopStatus::not_matched) json["keyframe"] = loop.measurement.i;
-  if (!loop.reason.empty()) json["reason"] = loop.reason;
-  return json;
-}
-
-std::string record_json(const FrameRecord& record) {
-  const OdometryResult& odometry = record.odometry;
-  const auto& p = record.T_map_body.translation();
-  Json json = {{"frame", record.index},
-               {"t_ns", odometry.t_ns},
-               {"status", to_string(odometry.status)},
-               {"keypoints", odometry.keypoints},
-               {"stereo_points", odometry.stereo_points},
-               {"matches", odometry.matches},
-               {"inliers", odometry.inliers},
-               {"rms_px", odometry.rms_px},
-               {"position_m", {p.x(), p.y(), p.z()}}};
-  if (!odometry.reason.empty()) json["reason"] = odometry.reason;
-  if (odometry.is_keyframe) json["keyframe"] = odometry.keyframe;
-  if (record.loop) json["loop"] = loop_json(*record.loop);
-  if (record.optimized) json["optimized"] = true;
-  return json.dump() + "\n";
-}
-
-void check_usable(const std::filesystem::path& path, bool overwrite) {
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error) throw Error(path.string() + ": cannot create the run folder (" + error.message() + ")");
-  if (!overwrite && std::filesystem::exists(path / "summary.json")) {
-    throw Error(path.string() + ": already holds a run; choose another folder or pass --overwrite");
-  }
+/// The header and the first `count` lines of an earlier part of the run, as far as they are there.
+std::string kept_timings(const std::filesystem::path& file, std::size_t count) {
+  std::string text = "frame,extract_ms,stereo_ms,motion_ms,loop_ms,optimize_ms,total_ms\n";
+  std::ifstream stream(file);
+  std::string line;
+  std::getline(stream, line);
+  for (std::size_t n = 0; n < count && std::getline(stream, line); ++n) text += line + "\n";
+  return text;
 }
 
 }  // namespace
@@ -116,15 +84,37 @@ void write_file_atomically(const std::filesystem::path& file, const std::string&
   }
 }
 
-RunFolder::RunFolder(const std::filesystem::path& path, bool overwrite) : path_(path) {
-  check_usable(path, overwrite);
+RunFolder::RunFolder(const std::filesystem::path& path) : path_(path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw Error(path.string() + ": cannot create the run folder (" + error.message() + ")");
+}
+
+std::optional<std::string> RunFolder::summary() const {
+  const std::filesystem::path file = path_ / "summary.json";
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  return read_text(file);
+}
+
+void RunFolder::clear() {
+  const WriterLock nobody_writes(map_file());
+  for (const char* name : {"summary.json", "map.db", "map.db-wal", "map.db-shm", "map.db.new", "frames.jsonl"}) {
+    std::error_code error;
+    std::filesystem::remove(path_ / name, error);
+    if (error) throw Error((path_ / name).string() + ": cannot be removed (" + error.message() + ")");
+  }
+}
+
+void RunFolder::begin(const std::string& earlier_frames) {
+  const std::string earlier_timings = kept_timings(path_ / "timings.csv", count_lines(earlier_frames));
   std::error_code ignored;
-  std::filesystem::remove(path / "summary.json", ignored);
-  frames_.open(path / "frames.jsonl", std::ios::binary | std::ios::trunc);
-  timings_.open(path / "timings.csv", std::ios::binary | std::ios::trunc);
-  timings_ << "frame,extract_ms,stereo_ms,motion_ms,loop_ms,optimize_ms,total_ms\n";
-  if (!frames_ || !timings_.flush()) {
-    throw Error(path.string() + ": cannot be written (disk full, or the folder is not writable)");
+  std::filesystem::remove(path_ / "summary.json", ignored);
+  frames_.open(path_ / "frames.jsonl", std::ios::binary | std::ios::trunc);
+  timings_.open(path_ / "timings.csv", std::ios::binary | std::ios::trunc);
+  frames_ << earlier_frames;
+  timings_ << earlier_timings;
+  if (!frames_.flush() || !timings_.flush()) {
+    throw Error(path_.string() + ": cannot be written (disk full, or the folder is not writable)");
   }
 }
 
@@ -132,7 +122,7 @@ void RunFolder::write_config(const std::string& toml) { write_file_atomically(pa
 
 void RunFolder::append(const FrameRecord& record) {
   const OdometryTimings& t = record.odometry.timings;
-  frames_ << record_json(record) << std::flush;
+  frames_ << frame_json(record) << "\n" << std::flush;
   timings_ << fmt::format("{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", record.index, t.extract_ms, t.stereo_ms,
                           t.motion_ms, record.loop_ms, record.optimize_ms, record.total_ms)
            << std::flush;

@@ -5,9 +5,9 @@
 namespace demslam {
 
 Slam::Slam(const RectifiedRig& rig, Frontend frontend, std::shared_ptr<const Dem> dem, const StartPrior& start,
-           const SlamOptions& options)
+           const SlamOptions& options, FeatureSource stored)
     : odometry_(rig, std::move(frontend), options.odometry),
-      backend_(rig, odometry_.matcher(), std::move(dem), start, options) {}
+      backend_(rig, odometry_.matcher(), std::move(dem), start, options, std::move(stored)) {}
 
 FrameRecord Slam::process(TimestampNs t_ns, const Image& left, const Image& right) {
   const Stopwatch total;

@@ -29,13 +29,7 @@ PoseArray array_of_pose(const Pose& pose) {
   return {q.w(), q.x(), q.y(), q.z(), p.x(), p.y(), p.z()};
 }
 
-/// Pose's constructor normalises, which moves the last bit of one quaternion in a few; here it is put back.
-Pose pose_of_array(const double* values) {
-  const Eigen::Quaterniond rotation(values[0], values[1], values[2], values[3]);
-  Pose pose(rotation, Eigen::Vector3d(values[4], values[5], values[6]));
-  const_cast<Eigen::Quaterniond&>(pose.rotation()) = rotation;  // `pose` is not const
-  return pose;
-}
+Pose pose_of_array(const double* v) { return Pose::exactly({v[0], v[1], v[2], v[3]}, {v[4], v[5], v[6]}); }
 
 }  // namespace
 

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "demslam/slam/slam.h"
+#include "demslam/store/map_store.h"
+
+namespace demslam {
+
+/// Writes a run into its map as it goes: a keyframe, with all that has happened since the one before, is one
+/// transaction.
+class Recorder {
+ public:
+  /// `map` and `slam` must outlive it. Keyframes that the slam has already are taken to be in the map.
+  Recorder(MapStore& map, Slam& slam);
+
+  /// Right after the slam has processed the record's frame.
+  void add(const FrameRecord& record);
+  /// The frames since the last keyframe and the estimates at the end.
+  void finish(const SlamResult& result);
+
+ private:
+  std::vector<std::pair<std::size_t, Pose>> moved_keyframes();
+
+  MapStore& map_;
+  Slam& slam_;
+  std::vector<StoredFrame> frames_;  ///< since the last keyframe
+  std::vector<Pose> written_;        ///< T_map_body as it stands in the map
+};
+
+/// Repeats what a map holds of an earlier part of the run, up to its last keyframe, so that `slam` goes on exactly as
+/// it would have. `pair_at` gives the few images that the odometry still looks at. Drops what the map holds beyond that
+/// keyframe. Throws Error when the images or the program are not those of the earlier part.
+void resume(Slam& slam, MapStore& map, const PairSource& pair_at);
+
+}  // namespace demslam

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "demslam/dataset/sequence.h"
+#include "demslam/slam/run.h"
+
+namespace demslam {
+
+/// What may bridge bad frames: imu.txt and wheels.txt of a demslam dataset, where they are there and switched on.
+struct SensorFiles {
+  std::optional<std::filesystem::path> imu, wheels;
+};
+SensorFiles sensor_files(const RunInputs& inputs, const StereoSequence& sequence, const SlamOptions& options);
+
+/// What a run reads, with SHA-256: dataset, calibration, start, DEM, sensors, models. JSON.
+std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence,
+                        const std::optional<std::filesystem::path>& dem, const SlamOptions& options);
+
+/// The text of summary.json.
+std::string summary_text(const RunInputs& inputs, const std::string& inputs_text, const RunReport& report);
+
+/// Whether summary.json tells of a run that has come as far as `end`, one behind its last frame.
+bool is_finished(const std::string& summary, std::size_t end);
+
+/// Throws Error that names the first difference between what an earlier part of a run had read and been set to, and
+/// what is asked now. Where files lie does not matter.
+void check_same_run(const std::filesystem::path& run, const std::string& earlier_inputs, const std::string& inputs,
+                    const std::string& earlier_config, const std::string& config);
+
+}  // namespace demslam
