@@ -164,9 +164,9 @@ std::uint64_t Clipmap::revision(std::size_t first) const {
 
 Clipmap::Shade Clipmap::shade(int index, float x, float y) const {
   const Level& level = levels_[index];
-  const auto step = static_cast<float>(level.step_m);
+  const auto per_step = static_cast<float>(1.0 / level.step_m);
   const Vertex& corner = level.vertices.front();
-  const Node node = node_at(cells_, (x - corner.x) / step, (y - corner.y) / step);
+  const Node node = node_at(cells_, (x - corner.x) * per_step, (y - corner.y) * per_step);
   const int stride = cells_ + 1;
   return {bilinear(node, stride, [&](std::size_t k) { return level.shades[k].slope_x; }),
           bilinear(node, stride, [&](std::size_t k) { return level.shades[k].slope_y; }),

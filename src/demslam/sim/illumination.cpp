@@ -1,5 +1,6 @@
 #include "demslam/sim/illumination.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,27 +25,42 @@ Vector3f sun_direction(const LightOptions& light) {
       .cast<float>();
 }
 
-/// Casts shadow rays; returns for each lane whether its way is free.
-void cast_shadows(RTCScene scene, const int* valid, RTCRay8& rays) {
+/// Casts shadow rays; those that are blocked come back with a negative length.
+void cast_shadows(RTCScene scene, const int* valid, RTCRay16& rays) {
   RTCOccludedArguments arguments;
   rtcInitOccludedArguments(&arguments);
   arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  rtcOccluded8(valid, scene, &rays, &arguments);
+  rtcOccluded16(valid, scene, &rays, &arguments);
 }
 
-/// Point `sample` of a sunflower pattern over the unit disc, turned by a random angle.
-Eigen::Vector2f disc_point(int sample, std::uint64_t word) {
-  const float turn = static_cast<float>(Random::mix(word) >> 40) * 0x1.0p-24F * 2.0F * std::numbers::pi_v<float>;
-  const float radius = std::sqrt((static_cast<float>(sample) + 0.5F) / kSunRays);
-  const float angle = turn + 2.39996323F * static_cast<float>(sample);
-  return {radius * std::cos(angle), radius * std::sin(angle)};
+constexpr int kTurns = 256;
+
+/// A sunflower pattern of points on the unit disc, turned by each of a circle's angles.
+struct DiscPoints {
+  DiscPoints() {
+    for (int turn = 0; turn < kTurns; ++turn) {
+      for (int sample = 0; sample < kSunRays; ++sample) {
+        const double angle = 2.0 * std::numbers::pi * turn / kTurns + 2.39996323 * sample;
+        const double radius = std::sqrt((sample + 0.5) / kSunRays);
+        at[turn][sample] = Eigen::Vector2d(radius * std::cos(angle), radius * std::sin(angle)).cast<float>();
+      }
+    }
+  }
+  Eigen::Vector2f at[kTurns][kSunRays];
+};
+
+const Eigen::Vector2f& disc_point(int sample, std::uint64_t word) {
+  static const DiscPoints points;
+  return points.at[Random::mix(word) >> 56][sample];
 }
 
-Vector3f shadow_start(const Hit& hit) { return hit.position + hit.offset * hit.normal; }
+Vector3f at(const Triples& triples, int i) { return {triples.x[i], triples.y[i], triples.z[i]}; }
+
+Vector3f shadow_start(const Hits& hits, int i) { return at(hits.position, i) + hits.offset[i] * at(hits.normal, i); }
 
 }  // namespace
 
-void set_ray(RTCRay8& rays, int i, const Vector3f& origin, const Vector3f& direction, float near, float far) {
+void set_ray(RTCRay16& rays, int i, const Vector3f& origin, const Vector3f& direction, float near, float far) {
   rays.org_x[i] = origin.x();
   rays.org_y[i] = origin.y();
   rays.org_z[i] = origin.z();
@@ -62,35 +78,49 @@ void set_ray(RTCRay8& rays, int i, const Vector3f& origin, const Vector3f& direc
 Illumination::Illumination(const LightOptions& light)
     : reflectance_(light.photometry, light.albedo),
       sun_(sun_direction(light)),
-      disc_(light.sun_diameter_deg > 0.0),
+      disc_(static_cast<float>(light.sun_diameter_deg * std::numbers::pi / 180.0)),
       fill_(static_cast<float>(light.fill * light.albedo * light.albedo) * sun_.z()),
       lamp_(static_cast<float>(light.lamp)) {
-  const auto radius = static_cast<float>(std::tan(0.5 * light.sun_diameter_deg * std::numbers::pi / 180.0));
-  sun_right_ = radius * sun_.unitOrthogonal();
+  sun_right_ = std::tan(0.5F * disc_) * sun_.unitOrthogonal();
   sun_up_ = sun_.cross(sun_right_);
 }
 
-void Illumination::light(RTCScene scene, const int* valid, const Hit* hits, std::uint64_t key, const Vector3f& lamp,
+void Illumination::light(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, const Vector3f& lamp,
                          float* radiance) const {
   for (int i = 0; i < kPacket; ++i) {
-    const float view_factor = valid[i] != 0 ? 0.5F * (1.0F - hits[i].normal.z()) + kReliefViewFactor : 0.0F;
-    radiance[i] = view_factor > 0.0F ? fill_ * view_factor * hits[i].albedo : 0.0F;
+    const float view_factor = valid[i] != 0 ? 0.5F * (1.0F - hits.normal.z[i]) + kReliefViewFactor : 0.0F;
+    radiance[i] = view_factor > 0.0F ? fill_ * view_factor * hits.albedo[i] : 0.0F;
   }
   sunlight(scene, valid, hits, key, radiance);
   if (lamp_ > 0.0F) lamplight(scene, valid, hits, lamp, radiance);
 }
 
-void Illumination::probe_sun(RTCScene scene, const int* facing, const Hit* hits, std::uint64_t key, int sample,
-                             float* free) const {
-  alignas(32) RTCRay8 rays;
+RTCRay16 Illumination::sun_rays(const Hits& hits) const {
+  RTCRay16 rays;
   for (int i = 0; i < kPacket; ++i) {
-    if (facing[i] == 0) continue;
-    Vector3f direction = sun_;
-    if (disc_) {
-      const Eigen::Vector2f point = disc_point(sample, key + static_cast<std::uint64_t>(i));
-      direction += point.x() * sun_right_ + point.y() * sun_up_;
-    }
-    set_ray(rays, i, shadow_start(hits[i]), direction, hits[i].offset, kInfinity);
+    rays.org_x[i] = hits.position.x[i] + hits.offset[i] * hits.normal.x[i];
+    rays.org_y[i] = hits.position.y[i] + hits.offset[i] * hits.normal.y[i];
+    rays.org_z[i] = hits.position.z[i] + hits.offset[i] * hits.normal.z[i];
+    rays.dir_x[i] = sun_.x();
+    rays.dir_y[i] = sun_.y();
+    rays.dir_z[i] = sun_.z();
+    rays.tnear[i] = hits.offset[i];
+    rays.tfar[i] = kInfinity;
+    rays.time[i] = 0.0F;
+    rays.mask[i] = ~0U;
+    rays.id[i] = rays.flags[i] = 0;
+  }
+  return rays;
+}
+
+void Illumination::probe_sun(RTCScene scene, const int* facing, const Hits& hits, std::uint64_t key, int sample,
+                             float* free) const {
+  RTCRay16 rays = sun_rays(hits);
+  for (int i = 0; i < kPacket && disc_ > 0.0F; ++i) {
+    const Eigen::Vector2f& point = disc_point(sample, key + static_cast<std::uint64_t>(i));
+    rays.dir_x[i] += point.x() * sun_right_.x() + point.y() * sun_up_.x();
+    rays.dir_y[i] += point.x() * sun_right_.y() + point.y() * sun_up_.y();
+    rays.dir_z[i] += point.x() * sun_right_.z() + point.y() * sun_up_.z();
   }
   cast_shadows(scene, facing, rays);
   for (int i = 0; i < kPacket; ++i) {
@@ -98,48 +128,69 @@ void Illumination::probe_sun(RTCScene scene, const int* facing, const Hit* hits,
   }
 }
 
-/// One ray to the sun per hit; a packet that is neither all lit nor all dark then looks at the whole disc.
-void Illumination::sunlight(RTCScene scene, const int* valid, const Hit* hits, std::uint64_t key,
-                            float* radiance) const {
-  alignas(32) int facing[kPacket];
-  float free[kPacket] = {}, lit = 0.0F, count = 0.0F, rays = 1.0F;
+bool Illumination::penumbra_shows(RTCScene scene, const int* shadowed, const Hits& hits) const {
+  alignas(64) RTCRayHit16 packet;
+  packet.ray = sun_rays(hits);
+  for (int i = 0; i < kPacket; ++i) packet.hit.geomID[i] = packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcIntersect16(shadowed, scene, &packet, &arguments);
   for (int i = 0; i < kPacket; ++i) {
-    facing[i] = valid[i] != 0 && hits[i].normal.dot(sun_) > 0.0F ? -1 : 0;
-    count += facing[i] != 0 ? 1.0F : 0.0F;
+    if (shadowed[i] != 0 && disc_ * packet.ray.tfar[i] > 0.5F * hits.footprint[i]) return true;
   }
-  if (count == 0.0F) return;
+  return false;
+}
+
+/// One ray to the sun per hit; a packet on the edge of a shadow that is soft enough then looks at the whole disc.
+void Illumination::sunlight(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key,
+                            float* radiance) const {
+  alignas(64) int facing[kPacket], shadowed[kPacket];
+  float mu0[kPacket], mu[kPacket], free[kPacket] = {}, rays = 1.0F;
+  bool any = false, some_dark = false, some_lit = false;
+  for (int i = 0; i < kPacket; ++i) {
+    mu0[i] = hits.normal.x[i] * sun_.x() + hits.normal.y[i] * sun_.y() + hits.normal.z[i] * sun_.z();
+    facing[i] = valid[i] != 0 && mu0[i] > 0.0F ? -1 : 0;
+    any |= facing[i] != 0;
+  }
+  if (!any) return;
   constexpr int kFirst = kSunRays / 2;
   probe_sun(scene, facing, hits, key, kFirst, free);
-  for (const float value : free) lit += value;
-  if (disc_ && lit > 0.0F && lit < count) {
+  for (int i = 0; i < kPacket; ++i) {
+    shadowed[i] = facing[i] != 0 && free[i] == 0.0F ? -1 : 0;
+    some_dark |= shadowed[i] != 0;
+    some_lit |= free[i] != 0.0F;
+  }
+  if (!some_lit) return;
+  if (disc_ > 0.0F && some_dark && penumbra_shows(scene, shadowed, hits)) {
     rays = kSunRays;
     for (int sample = 0; sample < kSunRays; ++sample) {
       if (sample != kFirst) probe_sun(scene, facing, hits, key, sample, free);
     }
   }
+  dot(hits.normal, hits.to_eye, mu);
   for (int i = 0; i < kPacket; ++i) {
     if (free[i] == 0.0F) continue;
-    const Hit& hit = hits[i];
-    const float bright = reflectance_(hit.normal.dot(sun_), hit.normal.dot(hit.to_eye), hit.to_eye.dot(sun_));
-    radiance[i] += free[i] / rays * hit.albedo * bright;
+    const float cos_phase = hits.to_eye.x[i] * sun_.x() + hits.to_eye.y[i] * sun_.y() + hits.to_eye.z[i] * sun_.z();
+    radiance[i] += free[i] / rays * hits.albedo[i] * reflectance_(mu0[i], mu[i], cos_phase);
   }
 }
 
-void Illumination::lamplight(RTCScene scene, const int* valid, const Hit* hits, const Vector3f& lamp,
+void Illumination::lamplight(RTCScene scene, const int* valid, const Hits& hits, const Vector3f& lamp,
                              float* radiance) const {
-  alignas(32) int facing[kPacket];
-  alignas(32) RTCRay8 rays;
+  alignas(64) int facing[kPacket];
+  alignas(64) RTCRay16 rays;
   for (int i = 0; i < kPacket; ++i) {
-    facing[i] = valid[i] != 0 && hits[i].normal.dot(lamp - hits[i].position) > 0.0F ? -1 : 0;
-    if (facing[i] != 0) set_ray(rays, i, shadow_start(hits[i]), lamp - shadow_start(hits[i]), 1e-3F, 1.0F);
+    facing[i] = valid[i] != 0 && at(hits.normal, i).dot(lamp - at(hits.position, i)) > 0.0F ? -1 : 0;
+    if (facing[i] != 0) set_ray(rays, i, shadow_start(hits, i), lamp - shadow_start(hits, i), 1e-3F, 1.0F);
   }
   cast_shadows(scene, facing, rays);
   for (int i = 0; i < kPacket; ++i) {
     if (facing[i] == 0 || rays.tfar[i] < 0.0F) continue;
-    const Hit& hit = hits[i];
-    const Vector3f path = lamp - hit.position, to_lamp = path.normalized();
-    const float bright = reflectance_(hit.normal.dot(to_lamp), hit.normal.dot(hit.to_eye), hit.to_eye.dot(to_lamp));
-    radiance[i] += lamp_ / path.squaredNorm() * hit.albedo * bright;
+    const Vector3f path = lamp - at(hits.position, i), to_lamp = path.normalized();
+    const Vector3f normal = at(hits.normal, i), to_eye = at(hits.to_eye, i);
+    const float bright = reflectance_(normal.dot(to_lamp), normal.dot(to_eye), to_eye.dot(to_lamp));
+    radiance[i] += lamp_ / path.squaredNorm() * hits.albedo[i] * bright;
   }
 }
 

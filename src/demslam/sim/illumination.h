@@ -6,24 +6,13 @@
 #include <cstdint>
 
 #include "demslam/sim/photometry.h"
-#include "demslam/sim/renderer.h"
+#include "demslam/sim/ray_packet.h"
+#include "demslam/sim/scene.h"
 
 namespace demslam {
 
-/// Rays are cast in small blocks of pixels: coherent enough for eight at a time.
-inline constexpr int kAcross = 4, kDown = 2, kPacket = kAcross * kDown;
-
-/// A visible point ready to be lit.
-struct Hit {
-  Eigen::Vector3f position, normal;  ///< relative to the scene's origin; shading normal
-  Eigen::Vector3f to_eye;            ///< unit
-  float albedo = 1.0F;               ///< relative to the ground's
-  float offset = 1e-3F;              ///< shadow rays start this far off the surface
-  Surface surface = Surface::ground;
-};
-
 /// Sets ray i of a packet; it goes from `near` to `far`, in lengths of `direction`.
-void set_ray(RTCRay8& rays, int i, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float near,
+void set_ray(RTCRay16& rays, int i, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float near,
              float far);
 
 /// The light of a scene: the sun as a disc, what the sunlit ground gives back, and a headlamp. The ground's light is
@@ -35,18 +24,23 @@ class Illumination {
 
   /// Radiance (I/F) towards the eye of the hits whose `valid` is not zero. `key` differs from packet to packet; the
   /// lamp stands at `lamp` relative to the scene's origin.
-  void light(RTCScene scene, const int* valid, const Hit* hits, std::uint64_t key, const Eigen::Vector3f& lamp,
+  void light(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, const Eigen::Vector3f& lamp,
              float* radiance) const;
 
  private:
-  void sunlight(RTCScene scene, const int* valid, const Hit* hits, std::uint64_t key, float* radiance) const;
-  void lamplight(RTCScene scene, const int* valid, const Hit* hits, const Eigen::Vector3f& lamp, float* radiance) const;
+  void sunlight(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, float* radiance) const;
+  void lamplight(RTCScene scene, const int* valid, const Hits& hits, const Eigen::Vector3f& lamp,
+                 float* radiance) const;
   /// Adds 1 to the lanes whose ray to a point of the sun's disc is free.
-  void probe_sun(RTCScene scene, const int* facing, const Hit* hits, std::uint64_t key, int sample, float* free) const;
+  void probe_sun(RTCScene scene, const int* facing, const Hits& hits, std::uint64_t key, int sample, float* free) const;
+  /// Whether something casts a shadow on one of the lanes from so far that its penumbra is wider than half a pixel.
+  bool penumbra_shows(RTCScene scene, const int* shadowed, const Hits& hits) const;
+  /// The direction is the same for all lanes.
+  RTCRay16 sun_rays(const Hits& hits) const;
 
   Reflectance reflectance_;
   Eigen::Vector3f sun_, sun_right_, sun_up_;  ///< direction to the sun, and its disc's radius vectors
-  bool disc_;
+  float disc_;                                ///< width of the sun's disc, radians
   float fill_, lamp_;
 };
 

@@ -5,13 +5,7 @@
 #include <numbers>
 
 #include "demslam/base/random.h"
-
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define DEMSLAM_VECTOR_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define DEMSLAM_VECTOR_CLONES
-#endif
+#include "demslam/sim/vector_clones.h"
 
 namespace demslam {
 namespace {

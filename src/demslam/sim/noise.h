@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "demslam/sim/patch.h"
+#include "demslam/sim/shading_kernels.h"
 
 namespace demslam {
 
@@ -17,6 +18,8 @@ struct Noise {
   void add_to(Patch& patch) const;
   /// The same field at one point, with its gradient.
   FieldSample sample(double x_m, double y_m) const;
+  /// For the kernel that samples many points at once.
+  NoiseLattice lattice() const { return {seed, 1.0 / wavelength_m, 0.0, lattice_x(0.0), lattice_y(0.0), amplitude_m}; }
 
  private:
   /// Position on the noise lattice, shifted by the seed: octaves must not share their zeros.

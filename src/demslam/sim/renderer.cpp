@@ -20,6 +20,7 @@ using Eigen::Vector3f;
 constexpr double kRangeM = 4000.0;    // terrain is there up to this distance
 constexpr double kRockReach = 200.0;  // rocks are there up to this many of their diameters, at 512 px focal length
 constexpr float kNear = 0.05F;
+constexpr float kRockTextureStep = 0.04F, kRockGrain = 0.7F;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// Grid cells per side that give two to four pixels per cell.
@@ -31,8 +32,8 @@ int clipmap_cells(const CameraOptions& camera) {
 /// The rays of a small block of pixels, and what they met.
 struct Packet {
   int u, v;  ///< the block's first pixel
-  alignas(32) int valid[kPacket];
-  alignas(32) RTCRayHit8 rays;
+  alignas(64) int valid[kPacket];
+  alignas(64) RTCRayHit16 rays;
 };
 
 void intersect(RTCScene scene, Packet& packet) {
@@ -42,13 +43,13 @@ void intersect(RTCScene scene, Packet& packet) {
   RTCIntersectArguments arguments;
   rtcInitIntersectArguments(&arguments);
   arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  rtcIntersect8(packet.valid, scene, &packet.rays, &arguments);
+  rtcIntersect16(packet.valid, scene, &packet.rays, &arguments);
   for (int i = 0; i < kPacket; ++i) {
     if (packet.rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) packet.valid[i] = 0;
   }
 }
 
-bool is_rock(const RTCHit8& hit, int i) { return hit.instID[0][i] == RayScene::kRocks; }
+bool is_rock(const RTCHit16& hit, int i) { return hit.instID[0][i] == RayScene::kRocks; }
 
 /// Where the rays of one pass go through their pixels, and what the pass is for.
 struct Pass {
@@ -67,6 +68,13 @@ std::vector<Pass> passes_of(int per_axis) {
   }
   return passes;
 }
+
+/// Where the points of a packet find their texture, and how fine it may be.
+struct alignas(64) Texture {
+  double x[kPacket], y[kPacket];             ///< metres, on the map or on the rock
+  float step[kPacket], shortest[kPacket];    ///< of Terrain::micro_relief()
+  float slope_x[kPacket], slope_y[kPacket];  ///< of the surface without the texture
+};
 
 /// What all rays of one rendering have in common.
 struct View {
@@ -89,10 +97,11 @@ struct Renderer::World {
 
   Vector3f relative(const Eigen::Vector3d& p_map) const { return (p_map - clipmap.origin()).cast<float>(); }
   void trace_block(const View& view, const Pass& pass, int u, int v) const;
-  void store(const View& view, const Pass& pass, const Packet& packet, const Hit* hits) const;
-  Hit hit_of(const RTCRayHit8& packet, int i, float pixel_angle) const;
-  void shade_ground(int level, float footprint, Hit& hit) const;
-  void shade_rock(const Rock& rock, unsigned triangle, float u, float v, float footprint, Hit& hit) const;
+  void store(const View& view, const Pass& pass, const Packet& packet, const Hits& hits) const;
+  Hits hits_of(const Packet& packet, float pixel_angle) const;
+  void shade_ground(const RTCRayHit16& rays, int i, Texture& texture, Hits& hits) const;
+  void shade_rock(const RTCHit16& hit, int i, Texture& texture, Hits& hits) const;
+  void add_texture(const Packet& packet, const Texture& texture, Hits& hits) const;
 
   const Terrain& terrain;
   Clipmap clipmap;
@@ -169,14 +178,11 @@ void Renderer::World::trace_block(const View& view, const Pass& pass, int u, int
     set_ray(packet.rays.ray, i, view.origin, (view.R_scene_camera * ray).cast<float>(), kNear, kInfinity);
   }
   intersect(rays.handle(), packet);
-  Hit hits[kPacket];
-  for (int i = 0; i < kPacket; ++i) {
-    if (packet.valid[i] != 0) hits[i] = hit_of(packet.rays, i, static_cast<float>(1.0 / view.camera.fx));
-  }
-  store(view, pass, packet, hits);
+  if (std::all_of(packet.valid, packet.valid + kPacket, [](int valid) { return valid == 0; })) return;
+  store(view, pass, packet, hits_of(packet, static_cast<float>(1.0 / view.camera.fx)));
 }
 
-void Renderer::World::store(const View& view, const Pass& pass, const Packet& packet, const Hit* hits) const {
+void Renderer::World::store(const View& view, const Pass& pass, const Packet& packet, const Hits& hits) const {
   float radiance[kPacket] = {};
   if (pass.weight > 0.0F) {
     const std::uint64_t key =
@@ -190,51 +196,92 @@ void Renderer::World::store(const View& view, const Pass& pass, const Packet& pa
     view.out.radiance[pixel] += pass.weight * radiance[i];
     if (!pass.is_centre) continue;
     view.out.depth_m[pixel] = packet.rays.ray.tfar[i];  // the ray's direction has camera z = 1
-    view.out.surface[pixel] = hits[i].surface;
+    view.out.surface[pixel] = hits.surface[i];
   }
 }
 
-Hit Renderer::World::hit_of(const RTCRayHit8& packet, int i, float pixel_angle) const {
-  const RTCRay8& ray = packet.ray;
-  const Vector3f direction(ray.dir_x[i], ray.dir_y[i], ray.dir_z[i]);
-  Hit hit;
-  hit.position = Vector3f(ray.org_x[i], ray.org_y[i], ray.org_z[i]) + ray.tfar[i] * direction;
-  hit.to_eye = -direction.normalized();
-  hit.offset = 1e-3F + 1e-4F * ray.tfar[i];
-  const float footprint = pixel_angle * ray.tfar[i];
-  if (is_rock(packet.hit, i)) {
-    const Rock& rock = rocks[packet.hit.instPrimID[0][i]];
-    shade_rock(rock, packet.hit.primID[i], packet.hit.u[i], packet.hit.v[i], footprint, hit);
-  } else {
-    const Vector3f facet = Vector3f(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]).normalized();
-    const float foreshortening = std::sqrt(std::max(std::abs(facet.dot(hit.to_eye)), 0.05F));
-    shade_ground(static_cast<int>(packet.hit.geomID[i]), footprint / foreshortening, hit);
+Hits Renderer::World::hits_of(const Packet& packet, float pixel_angle) const {
+  const RTCRay16& ray = packet.rays.ray;
+  Hits hits;
+  Texture texture{};
+  for (int i = 0; i < kPacket; ++i) {
+    const float range = packet.valid[i] != 0 ? ray.tfar[i] : 1.0F;
+    const float length =
+        std::sqrt(ray.dir_x[i] * ray.dir_x[i] + ray.dir_y[i] * ray.dir_y[i] + ray.dir_z[i] * ray.dir_z[i]);
+    hits.position.x[i] = ray.org_x[i] + range * ray.dir_x[i];
+    hits.position.y[i] = ray.org_y[i] + range * ray.dir_y[i];
+    hits.position.z[i] = ray.org_z[i] + range * ray.dir_z[i];
+    hits.to_eye.x[i] = -ray.dir_x[i] / length;
+    hits.to_eye.y[i] = -ray.dir_y[i] / length;
+    hits.to_eye.z[i] = -ray.dir_z[i] / length;
+    hits.offset[i] = 1e-3F + 1e-4F * range;
+    hits.footprint[i] = pixel_angle * range;
+    texture.shortest[i] = 1e9F;
   }
-  return hit;
+  for (int i = 0; i < kPacket; ++i) {
+    if (packet.valid[i] == 0) continue;
+    if (is_rock(packet.rays.hit, i)) {
+      shade_rock(packet.rays.hit, i, texture, hits);
+    } else {
+      shade_ground(packet.rays, i, texture, hits);
+    }
+  }
+  add_texture(packet, texture, hits);
+  return hits;
 }
 
-void Renderer::World::shade_ground(int level, float footprint, Hit& hit) const {
-  const Clipmap::Shade shade = clipmap.shade(level, hit.position.x(), hit.position.y());
-  const Eigen::Vector2d place = clipmap.origin().head<2>() + hit.position.head<2>().cast<double>();
-  const FieldSample micro = terrain.micro_relief(place.x(), place.y(), clipmap.levels()[level].step_m, footprint);
-  const Eigen::Vector2f slope = Eigen::Vector2d(shade.slope_x + micro.dx, shade.slope_y + micro.dy).cast<float>();
-  hit.normal = Vector3f(-slope.x(), -slope.y(), 1.0F).normalized();
-  hit.albedo = shade.albedo;
+/// Slope and albedo of the grid, and where on the map the finer texture is.
+void Renderer::World::shade_ground(const RTCRayHit16& rays_hit, int i, Texture& texture, Hits& hits) const {
+  const int level = static_cast<int>(rays_hit.hit.geomID[i]);
+  const Clipmap::Shade shade = clipmap.shade(level, hits.position.x[i], hits.position.y[i]);
+  const Vector3f facet = Vector3f(rays_hit.hit.Ng_x[i], rays_hit.hit.Ng_y[i], rays_hit.hit.Ng_z[i]).normalized();
+  const float cosine = std::abs(facet.dot(Vector3f(hits.to_eye.x[i], hits.to_eye.y[i], hits.to_eye.z[i])));
+  hits.surface[i] = Surface::ground;
+  hits.albedo[i] = shade.albedo;
+  texture.slope_x[i] = shade.slope_x;
+  texture.slope_y[i] = shade.slope_y;
+  texture.x[i] = clipmap.origin().x() + hits.position.x[i];
+  texture.y[i] = clipmap.origin().y() + hits.position.y[i];
+  texture.step[i] = static_cast<float>(clipmap.levels()[level].step_m);
+  texture.shortest[i] = hits.footprint[i] / std::sqrt(std::max(cosine, 0.05F));
 }
 
-void Renderer::World::shade_rock(const Rock& rock, unsigned triangle, float u, float v, float footprint,
-                                 Hit& hit) const {
+/// The mesh's normal, and where on the rock the finer texture is.
+void Renderer::World::shade_rock(const RTCHit16& hit, int i, Texture& texture, Hits& hits) const {
+  const Rock& rock = rocks[hit.instPrimID[0][i]];
   const RockShape& shape = field.shapes()[rock.shape];
-  const auto& [a, b, c] = shape.triangles[triangle];
+  const auto& [a, b, c] = shape.triangles[hit.primID[i]];
+  const float u = hit.u[i], v = hit.v[i];
   const Vector3f smooth = (1.0F - u - v) * shape.normals[a] + u * shape.normals[b] + v * shape.normals[c];
-  hit.normal = (rock.R_map_rock * smooth).normalized();
-  hit.surface = Surface::rock;
-  hit.albedo = rock.albedo;
+  const Vector3f normal = (rock.R_map_rock * smooth).normalized();
+  hits.normal.x[i] = normal.x();
+  hits.normal.y[i] = normal.y();
+  hits.normal.z[i] = normal.z();
+  hits.surface[i] = Surface::rock;
+  hits.albedo[i] = rock.albedo;
   if (rock.shape == 0) return;  // spheres stay as smooth as their closed form
-  const Vector3f local = rock.R_map_rock.conjugate() * (hit.position - relative(rock.p_map));
-  const FieldSample grain =
-      terrain.micro_relief(local.x() + 0.7 * local.z(), local.y() - 0.6 * local.z(), 0.04, footprint);
-  hit.normal = (hit.normal + 0.7F * Eigen::Vector3d(grain.dx, grain.dy, 0.0).cast<float>()).normalized();
+  const Vector3f position(hits.position.x[i], hits.position.y[i], hits.position.z[i]);
+  const Vector3f local = rock.R_map_rock.conjugate() * (position - relative(rock.p_map));
+  texture.x[i] = local.x() + 0.7 * local.z();
+  texture.y[i] = local.y() - 0.6 * local.z();
+  texture.step[i] = kRockTextureStep;
+  texture.shortest[i] = hits.footprint[i];
+}
+
+void Renderer::World::add_texture(const Packet& packet, const Texture& texture, Hits& hits) const {
+  alignas(64) float slope_x[kPacket], slope_y[kPacket];
+  terrain.micro_relief(texture.x, texture.y, texture.step, texture.shortest, slope_x, slope_y);
+  for (int i = 0; i < kPacket; ++i) {
+    if (packet.valid[i] == 0) continue;
+    const bool ground = hits.surface[i] == Surface::ground;
+    const float x = ground ? -(texture.slope_x[i] + slope_x[i]) : hits.normal.x[i] + kRockGrain * slope_x[i];
+    const float y = ground ? -(texture.slope_y[i] + slope_y[i]) : hits.normal.y[i] + kRockGrain * slope_y[i];
+    const float z = ground ? 1.0F : hits.normal.z[i];
+    const float length = std::sqrt(x * x + y * y + z * z);
+    hits.normal.x[i] = x / length;
+    hits.normal.y[i] = y / length;
+    hits.normal.z[i] = z / length;
+  }
 }
 
 }  // namespace demslam

@@ -6,13 +6,12 @@
 #include <vector>
 
 #include "demslam/geometry/camera.h"
+#include "demslam/sim/ray_packet.h"
 #include "demslam/sim/rocks.h"
 #include "demslam/sim/scene.h"
 #include "demslam/sim/terrain.h"
 
 namespace demslam {
-
-enum class Surface : std::uint8_t { sky, ground, rock };
 
 /// What one camera sees, before optics and electronics. Rows from the top, the centre of the top-left pixel is (0, 0).
 struct Rendering {

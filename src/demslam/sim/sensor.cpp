@@ -30,20 +30,33 @@ std::vector<float> gaussian_kernel(double sigma) {
   return kernel;
 }
 
-/// One pass of a separable blur, edges repeated: `stride` is 1 along rows, the width along columns.
-void blur_pass(const std::vector<float>& from, std::vector<float>& to, int width, int height, bool along_rows,
+/// out += weight * in
+void add_row(const float* in, float weight, float* out, int count) {
+  for (int i = 0; i < count; ++i) out[i] += weight * in[i];
+}
+
+/// Blurs along the rows, edges repeated.
+void blur_rows(const std::vector<float>& from, std::vector<float>& to, int width, int height,
                const std::vector<float>& kernel) {
-  const int radius = static_cast<int>(kernel.size()) / 2, limit = (along_rows ? width : height) - 1;
+  const int taps = static_cast<int>(kernel.size()), radius = taps / 2;
   tbb::parallel_for(0, height, [&](int v) {
-    for (int u = 0; u < width; ++u) {
-      float sum = 0.0F;
-      for (int k = -radius; k <= radius; ++k) {
-        const int moved = std::clamp((along_rows ? u : v) + k, 0, limit);
-        const std::size_t at =
-            along_rows ? static_cast<std::size_t>(v) * width + moved : static_cast<std::size_t>(moved) * width + u;
-        sum += kernel[k + radius] * from[at];
-      }
-      to[static_cast<std::size_t>(v) * width + u] = sum;
+    const float* in = from.data() + static_cast<std::size_t>(v) * width;
+    std::vector<float> padded(static_cast<std::size_t>(width) + taps);
+    for (int u = -radius; u < width + radius; ++u) padded[u + radius] = in[std::clamp(u, 0, width - 1)];
+    for (int k = 0; k < taps; ++k)
+      add_row(padded.data() + k, kernel[k], to.data() + static_cast<std::size_t>(v) * width, width);
+  });
+}
+
+/// Blurs along the columns, edges repeated.
+void blur_columns(const std::vector<float>& from, std::vector<float>& to, int width, int height,
+                  const std::vector<float>& kernel) {
+  const int taps = static_cast<int>(kernel.size()), radius = taps / 2;
+  tbb::parallel_for(0, height, [&](int v) {
+    for (int k = 0; k < taps; ++k) {
+      const int row = std::clamp(v + k - radius, 0, height - 1);
+      add_row(from.data() + static_cast<std::size_t>(row) * width, kernel[k],
+              to.data() + static_cast<std::size_t>(v) * width, width);
     }
   });
 }
@@ -51,9 +64,9 @@ void blur_pass(const std::vector<float>& from, std::vector<float>& to, int width
 std::vector<float> blurred(const Rendering& rendering, double sigma_px) {
   if (sigma_px <= 0.0) return rendering.radiance;
   const std::vector<float> kernel = gaussian_kernel(sigma_px);
-  std::vector<float> half(rendering.radiance.size()), full(rendering.radiance.size());
-  blur_pass(rendering.radiance, half, rendering.width, rendering.height, true, kernel);
-  blur_pass(half, full, rendering.width, rendering.height, false, kernel);
+  std::vector<float> half(rendering.radiance.size(), 0.0F), full(rendering.radiance.size(), 0.0F);
+  blur_rows(rendering.radiance, half, rendering.width, rendering.height, kernel);
+  blur_columns(half, full, rendering.width, rendering.height, kernel);
   return full;
 }
 

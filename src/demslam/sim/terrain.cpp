@@ -62,18 +62,23 @@ double Terrain::height(double x_m, double y_m) const {
   return point.values.front();
 }
 
-FieldSample Terrain::micro_relief(double x_m, double y_m, double step_m, double shortest_m) const {
-  FieldSample sum;
+void Terrain::micro_relief(const double* x_m, const double* y_m, const float* step_m, const float* shortest_m,
+                           float* slope_x, float* slope_y) const {
+  std::fill_n(slope_x, kPacket, 0.0F);
+  std::fill_n(slope_y, kPacket, 0.0F);
+  const auto limit = static_cast<float>(kLatticePerStep) * *std::max_element(step_m, step_m + kPacket);
+  const float shortest = *std::min_element(shortest_m, shortest_m + kPacket);
   for (const Noise& octave : fine_) {
-    if (octave.wavelength_m >= kLatticePerStep * step_m) break;
-    if (octave.wavelength_m <= shortest_m) continue;
-    const double weight = smooth_step(shortest_m, 2.0 * shortest_m, octave.wavelength_m);
-    const FieldSample sample = octave.sample(x_m, y_m);
-    sum.value += weight * sample.value;
-    sum.dx += weight * sample.dx;
-    sum.dy += weight * sample.dy;
+    const auto wavelength = static_cast<float>(octave.wavelength_m);
+    if (wavelength >= limit) break;
+    if (wavelength <= shortest) continue;
+    float weight[kPacket];
+    for (int i = 0; i < kPacket; ++i) {
+      const float t = std::clamp(wavelength / shortest_m[i] - 1.0F, 0.0F, 1.0F);
+      weight[i] = wavelength < static_cast<float>(kLatticePerStep) * step_m[i] ? t * t * (3.0F - 2.0F * t) : 0.0F;
+    }
+    add_noise_slopes(octave.lattice(), x_m, y_m, weight, slope_x, slope_y);
   }
-  return sum;
 }
 
 void Terrain::fill_albedo(Patch& patch) const {

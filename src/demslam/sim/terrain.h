@@ -27,8 +27,10 @@ class Terrain {
   void fill(Patch& patch) const;
   /// The full surface at a point.
   double height(double x_m, double y_m) const;
-  /// The texture too fine for a patch of this step, down to `shortest_m`: it shades, but moves no geometry.
-  FieldSample micro_relief(double x_m, double y_m, double step_m, double shortest_m) const;
+  /// The texture too fine for a patch of this step, down to `shortest_m`: it shades, but moves no geometry. Slopes at
+  /// the places of a packet.
+  void micro_relief(const double* x_m, const double* y_m, const float* step_m, const float* shortest_m, float* slope_x,
+                    float* slope_y) const;
   /// Relative albedo at the patch's nodes, mean 1.
   void fill_albedo(Patch& patch) const;
 
