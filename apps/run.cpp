@@ -81,6 +81,8 @@ void add_run(CLI::App& app) {
   command->add_option("-c,--config", arguments->config, "options TOML; a run folder's config.toml repeats that run");
   command->add_option("--start", inputs.start,
                       "TOML with T_map_body of the first frame; default: the dataset's start.toml");
+  command->add_option("--map", inputs.map,
+                      "run folder or map.db of an earlier run in the same map frame, to localise in");
   command->add_option("--format", inputs.format, "dataset format, when it is not recognised");
   command->add_option("--calibration", inputs.calibration, "calibration TOML, replaces the dataset's own");
   command->add_option("--extractor", arguments->extractor_model, "ONNX feature extractor (docs/models.md)");

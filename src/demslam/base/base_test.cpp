@@ -3,6 +3,9 @@
 
 #include <cmath>
 
+#include <cmath>
+
+#include "demslam/base/archive.h"
 #include "demslam/base/error.h"
 #include "demslam/base/random.h"
 #include "demslam/base/sha256.h"
@@ -30,6 +33,45 @@ TEST(Random, NormalHasUnitVarianceAndZeroMean) {
   }
   EXPECT_NEAR(sum / n, 0.0, 0.01);
   EXPECT_NEAR(square / n, 1.0, 0.02);
+}
+
+struct Node {
+  int number = 0;
+  std::string name;
+  std::vector<double> values;
+  std::optional<bool> flag;
+
+  template <class Archive>
+  friend void archive(Archive& io, Node& n) {
+    io(n.number, n.name, n.values, n.flag);
+  }
+  bool operator==(const Node&) const = default;
+};
+
+std::string archived(const std::vector<Node>& nodes) {
+  ArchiveWriter io;
+  io(nodes);
+  return io.take();
+}
+
+TEST(Archive, ReturnsWhatWasWrittenBitForBit) {
+  const std::vector<Node> nodes = {{7, "seven", {0.1 + 0.2, -0.0}, true}, {-1, "", {}, std::nullopt}};
+  const std::string bytes = archived(nodes);
+  ArchiveReader io(bytes);
+  std::vector<Node> read;
+  io(read);
+  EXPECT_EQ(read, nodes);
+  EXPECT_TRUE(std::signbit(read[0].values[1]));
+  EXPECT_TRUE(io.empty());
+}
+
+TEST(Archive, CutAnywhereIsAnError) {
+  const std::string bytes = archived({{7, "seven", {1.0, 2.0}, true}});
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    std::vector<Node> read;
+    ArchiveReader io(std::string_view(bytes).substr(0, size));
+    EXPECT_THROW(io(read), Error) << size;
+  }
 }
 
 TEST(Sha256, KnowsThePublishedDigestOfAbc) {

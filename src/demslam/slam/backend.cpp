@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <iterator>
 #include <utility>
 
 #include "demslam/base/error.h"
@@ -33,6 +34,10 @@ std::optional<LoopResult> best_of(const std::vector<LoopResult>& loops) {
                            [](const auto& a, const auto& b) { return a.status < b.status; });
 }
 
+bool has_accepted(const std::vector<LoopResult>& loops) {
+  return std::ranges::any_of(loops, [](const LoopResult& loop) { return loop.status == LoopStatus::accepted; });
+}
+
 }  // namespace
 
 struct Backend::State {
@@ -44,6 +49,8 @@ struct Backend::State {
   StartPrior start;
   PoseGraph graph;
   LoopClosure loops;
+  Relocaliser relocaliser;
+  std::unique_ptr<EarlierMap> earlier_map;
   std::optional<DemAnchor> anchor;  ///< none without a DEM
   std::vector<Keyframe> keyframes;
   std::vector<FramePlace> frames;  ///< tracked ones
@@ -60,16 +67,23 @@ struct Backend::State {
         dem(std::move(elevation)),
         start(prior),
         graph(o.graph),
-        loops(o.loops, rig.T_body_left, verifier()) {
+        loops(o.loops, rig.T_body_left, verifier()),
+        relocaliser(o.loops, rig.T_body_left) {
     if (dem) anchor.emplace(dem, o.anchoring, rig.p_body_ground, rig.T_body_left);
   }
 
+  /// Asks the images, or what they said in the run that is repeated.
+  Motion verify(const std::function<std::shared_ptr<const StereoFeatures>()>& old_view, std::size_t j,
+                const Pose& guess) {
+    verified.push_back(
+        earlier ? next_earlier()
+                : estimate_motion(rig, *old_view(), *features.at(j), matcher, options.odometry.motion, &guess));
+    return verified.back();
+  }
+
   LoopVerifier verifier() {
-    const LoopVerifier by_images =
-        stereo_verifier(rig, [this](std::size_t k) { return features.at(k); }, matcher, options.odometry.motion);
-    return [this, by_images](std::size_t i, std::size_t j, const Pose& guess) {
-      verified.push_back(earlier ? next_earlier() : by_images(i, j, guess));
-      return verified.back();
+    return [this](std::size_t i, std::size_t j, const Pose& guess) {
+      return verify([this, i] { return features.at(i); }, j, guess);
     };
   }
 
@@ -124,9 +138,21 @@ struct Backend::State {
     if (!lost) frames.push_back(frame);
   }
 
-  std::vector<LoopResult> close_loops() {
+  void close_loops(bool lost, KeyframeRecord& keyframe) {
     verified.clear();
-    return options.use_loops ? loops.close(graph) : std::vector<LoopResult>{};
+    const std::size_t newest = graph.size() - 1;
+    if (earlier_map) {
+      keyframe.earlier_map = earlier_map->look(graph, [&](std::size_t old_view, const Pose& guess) {
+        return verify([&] { return earlier_map->features(old_view); }, newest, guess);
+      });
+    }
+    if (options.use_loops) {
+      keyframe.loops = relocaliser.look(graph, lost, [&](std::size_t old_view, const Pose& guess) {
+        return verify([&] { return features.at(old_view); }, newest, guess);
+      });
+      std::ranges::copy(loops.close(graph), std::back_inserter(keyframe.loops));
+    }
+    keyframe.verified = std::move(verified);
   }
 
   void add_keyframe(const OdometryResult& result, FrameRecord& record) {
@@ -140,12 +166,11 @@ struct Backend::State {
     }
     anchor_keyframe(result);
     const Stopwatch loop;
-    keyframe.loops = close_loops();
-    keyframe.verified = std::move(verified);
+    close_loops(result.status == Tracking::bridged, keyframe);
     record.loop = best_of(keyframe.loops);
     record.loop_ms = loop.elapsed_ms();
     const Stopwatch optimization;
-    record.optimized = optimization_is_due(record.loop);
+    record.optimized = optimization_is_due(record.loop) || has_accepted(keyframe.earlier_map);
     if (record.optimized) graph.optimize();
     record.optimize_ms = optimization.elapsed_ms();
   }
@@ -190,6 +215,8 @@ FrameRecord Backend::add(const OdometryResult& result) {
   return record;
 }
 
+void Backend::use(std::unique_ptr<EarlierMap> map) { state_->earlier_map = std::move(map); }
+
 void Backend::repeat(const OdometryResult& keyframe, std::vector<Motion> verified) {
   state_->earlier.emplace(verified.begin(), verified.end());
   add(keyframe);
@@ -215,6 +242,8 @@ SlamResult Backend::finish() {
   result.counters = s.counters;
   result.counters.keyframes = s.keyframes.size();
   result.counters.loops = s.loops.counters();
+  result.counters.relocalised = s.relocaliser.found();
+  if (s.earlier_map) result.counters.in_earlier_map = s.earlier_map->found();
   if (s.anchor) result.counters.anchoring = s.anchor->report();
   return result;
 }

@@ -7,6 +7,7 @@
 #include "demslam/dem/dem.h"
 #include "demslam/geometry/trajectory.h"
 #include "demslam/slam/options.h"
+#include "demslam/slam/relocalisation.h"
 
 namespace demslam {
 
@@ -21,6 +22,7 @@ struct FramePlace {
 struct KeyframeRecord {
   std::optional<RelativePose> odometry;  ///< body to body; none for the first keyframe
   std::vector<LoopResult> loops;         ///< every candidate that was tried
+  std::vector<LoopResult> earlier_map;   ///< the same among the keyframes of --map; `i` counts those
   std::vector<Motion> verified;          ///< what the images said of them, in the order of asking
 };
 
@@ -45,6 +47,8 @@ struct KeyframeEstimate {
 struct SlamCounters {
   std::size_t frames = 0, tracked = 0, bridged = 0, keyframes = 0;
   LoopCounters loops;
+  int relocalised = 0;     ///< losses behind which an older keyframe was seen again
+  int in_earlier_map = 0;  ///< keyframes placed by the map of an earlier run
   AnchoringReport anchoring;
 };
 
@@ -73,6 +77,8 @@ class Backend {
 
   /// Results of one odometry, every frame in turn.
   FrameRecord add(const OdometryResult& result);
+  /// Also looks for the rover in the map of an earlier run.
+  void use(std::unique_ptr<EarlierMap> map);
 
   /// Repeats add() of a keyframe of an earlier run with what its images said then, to the same bits.
   void repeat(const OdometryResult& keyframe, std::vector<Motion> verified);

@@ -43,6 +43,9 @@ std::string frame_json(const FrameRecord& record) {
   if (!odometry.reason.empty()) json["reason"] = odometry.reason;
   if (odometry.is_keyframe) json["keyframe"] = odometry.keyframe;
   if (record.loop) json["loop"] = loop_json(*record.loop);
+  if (record.keyframe && !record.keyframe->earlier_map.empty()) {
+    json["earlier_map"] = loop_json(record.keyframe->earlier_map.back());
+  }
   if (record.optimized) json["optimized"] = true;
   return json.dump();
 }

@@ -147,6 +147,9 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
             prior_of(chosen_start(inputs, *sequence, dem != nullptr)), options,
             [&](std::size_t keyframe) { return opened->features(keyframe); });
 
+  if (inputs.map) {
+    slam.backend().use(std::make_unique<EarlierMap>(map_file(*inputs.map), rectifier.rig(), options.loops));
+  }
   slam.odometry().set_sensors(read_sensors(sensor_files(inputs, *sequence, options)));
   RunFolder folder(inputs.output);
   MapStore& map = opened.emplace(open_map(inputs, folder, {rectifier.rig(), inputs.config_toml, inputs_json}, end));

@@ -18,6 +18,7 @@ struct RunInputs {
   std::optional<std::filesystem::path> dem;          ///< default: the dataset's own, if it has one
   std::optional<std::filesystem::path> calibration;  ///< replaces the dataset's own
   std::optional<std::filesystem::path> start;        ///< start.toml; default: the dataset's own
+  std::optional<std::filesystem::path> map;          ///< of an earlier run in the same map frame, or its folder
   std::filesystem::path output;                      ///< the run folder
   bool overwrite = false;                            ///< an earlier run there is removed; else it goes on
   std::size_t first_frame = 0, max_frames = 0;       ///< 0: to the end

@@ -32,6 +32,8 @@ Json counters_json(const SlamCounters& counters) {
             {"verified", counters.loops.verified},
             {"accepted", counters.loops.accepted},
             {"rejected", counters.loops.rejected}}},
+          {"relocalised", counters.relocalised},
+          {"in_earlier_map", counters.in_earlier_map},
           {"dem_factors",
            {{"height", counters.anchoring.height},
             {"normal", counters.anchoring.normal},
@@ -75,6 +77,10 @@ std::string first_changed_option(const std::string& earlier_config, const std::s
 
 }  // namespace
 
+fs::path map_file(const fs::path& map_or_run) {
+  return fs::is_directory(map_or_run) ? map_or_run / "map.db" : map_or_run;
+}
+
 SensorFiles sensor_files(const RunInputs& inputs, const StereoSequence& sequence, const SlamOptions& options) {
   SensorFiles files;
   if (sequence.format() != "demslam") return files;  // elsewhere the sensors' frames are not the body's
@@ -94,6 +100,7 @@ std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence,
   for (const auto& file : {sensors.imu, sensors.wheels}) {
     if (file) json["files"].push_back(file_json(*file));
   }
+  if (inputs.map) json["map"] = file_json(map_file(*inputs.map));
   json["models"] = Json::array();
   for (const fs::path& model : {options.frontend.extractor_model, options.frontend.matcher_model}) {
     if (!model.empty()) json["models"].push_back(file_json(model));

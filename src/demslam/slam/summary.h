@@ -9,6 +9,9 @@
 
 namespace demslam {
 
+/// The map itself, where a run folder stands for it.
+std::filesystem::path map_file(const std::filesystem::path& map_or_run);
+
 /// What may bridge bad frames: imu.txt and wheels.txt of a demslam dataset, where they are there and switched on.
 struct SensorFiles {
   std::optional<std::filesystem::path> imu, wheels;
