@@ -1,6 +1,7 @@
 #include "demslam/odometry/odometry.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -8,12 +9,20 @@
 
 #include "demslam/odometry/direct_match.h"
 #include "demslam/odometry/frame_check.h"
+#include "demslam/odometry/guided_match.h"
 #include "demslam/odometry/window.h"
 
 namespace demslam {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+/// Around where a point is predicted: part of the image's width, and Lowe's ratio. A good prediction needs little else.
+struct SearchNear {
+  double radius, ratio;
+};
+constexpr std::array<SearchNear, 2> kSearches = {{{0.04, 0.97}, {0.12, 0.9}}};
+
 constexpr int kIslandFrames = 10;  // frames tracked after a loss until the keyframe from before it is given up
 
 struct Keyframe {
@@ -109,8 +118,9 @@ struct StereoOdometry::State {
   StereoView observe(TimestampNs t_ns, ImagePair pair, OdometryTimings& timings) const;
   bool track(OdometryResult& result);
   bool track_against(const View& view, OdometryResult& result);
+  Motion search_near(const View& view, const Pose& guess, const Motion& failed) const;
   bool is_jump(const View& view, const Pose& T_view_left, TimestampNs t_ns) const;
-  std::optional<Pose> predict(const View& view, TimestampNs t_ns) const;
+  Pose predict(const View& view, TimestampNs t_ns) const;
   void accept(const OdometryResult& result);
   void bridge(OdometryResult& result) const;
   bool wants_keyframe(const OdometryResult& result) const;
@@ -159,9 +169,10 @@ bool StereoOdometry::State::track(OdometryResult& result) {
 }
 
 bool StereoOdometry::State::track_against(const View& view, OdometryResult& result) {
-  const std::optional<Pose> guess = predict(view, result.t_ns);
-  Motion motion = estimate_motion(rig, *view.view.features, *current.features, *frontend.matcher, options.motion,
-                                  guess ? &*guess : nullptr);
+  const Pose guess = predict(view, result.t_ns);
+  Motion motion =
+      estimate_motion(rig, *view.view.features, *current.features, *frontend.matcher, options.motion, &guess);
+  if (!motion.ok) motion = search_near(view, guess, motion);
   if (motion.ok) motion = refine_directly(rig, view.view, current, motion, options.motion);
   result.matches = motion.matches;
   result.inliers = motion.inliers;
@@ -179,6 +190,17 @@ bool StereoOdometry::State::track_against(const View& view, OdometryResult& resu
   return true;
 }
 
+/// Where the whole image had too many rivals. Keeps what was found there if this finds no motion either.
+Motion StereoOdometry::State::search_near(const View& view, const Pose& guess, const Motion& failed) const {
+  for (const SearchNear& search : kSearches) {
+    const auto matches =
+        match_near(rig, *view.view.features, *current.features, guess, search.radius * rig.width, search.ratio);
+    const Motion motion = estimate_motion(rig, matches, options.motion, &guess);
+    if (motion.ok) return motion;
+  }
+  return failed;
+}
+
 /// Faster than the rover can be: since the last tracked frame, or since the view where that is from elsewhere.
 bool StereoOdometry::State::is_jump(const View& view, const Pose& T_view_left, TimestampNs t_ns) const {
   const bool from_last = last.keyframe == view.keyframe && last.t_ns >= view.t_ns;
@@ -188,10 +210,11 @@ bool StereoOdometry::State::is_jump(const View& view, const Pose& T_view_left, T
          rotation_angle(step) > options.max_rotation_rate_deg_per_s * kRadPerDeg * seconds;
 }
 
-/// Where the frame should be, seen from a view, if the last velocity has lasted.
-std::optional<Pose> StereoOdometry::State::predict(const View& view, TimestampNs t_ns) const {
-  if (last.keyframe != view.keyframe) return std::nullopt;
-  return view.T_keyframe_left.inverse() * last.T_keyframe_left * Pose::exp(twist_per_s * to_seconds(t_ns - last.t_ns));
+/// Where the frame should be, seen from a view, by dead reckoning.
+Pose StereoOdometry::State::predict(const View& view, TimestampNs t_ns) const {
+  if (last.keyframe != view.keyframe) return dead_reckoning.step(view.t_ns, t_ns, twist_per_s).T_from_to;
+  return view.T_keyframe_left.inverse() * last.T_keyframe_left *
+         dead_reckoning.step(last.t_ns, t_ns, twist_per_s).T_from_to;
 }
 
 /// Makes a tracked frame the one that predictions start from.
