@@ -1,6 +1,8 @@
 #include "demslam/dataset/sensors.h"
 
 #include <bit>
+#include <fstream>
+#include <functional>
 #include <sstream>
 
 #include "demslam/base/error.h"
@@ -18,9 +20,39 @@ Eigen::Vector3d vector_at(const TextTable& table, const TextRow& row, std::size_
 }
 
 template <class Sample>
-void check_increasing(const TextTable& table, const TextRow& row, const std::vector<Sample>& samples) {
-  const std::size_t n = samples.size();
-  if (n > 1 && samples[n - 1].t_ns <= samples[n - 2].t_ns) table.fail(row, "the stamps must increase");
+void check_increasing(const TextTable& table, const TextRow& row, const std::vector<Sample>& earlier,
+                      TimestampNs t_ns) {
+  if (!earlier.empty() && t_ns <= earlier.back().t_ns) table.fail(row, "the stamps must increase");
+}
+
+ImuSample mean_of(const std::vector<ImuSample>& samples) {
+  if (samples.size() == 1) return samples.front();
+  ImuSample mean{.t_ns = samples.front().t_ns + (samples.back().t_ns - samples.front().t_ns) / 2};
+  for (const ImuSample& sample : samples) {
+    mean.angular_rate_rad_s += sample.angular_rate_rad_s;
+    mean.acceleration_m_s2 += sample.acceleration_m_s2;
+  }
+  mean.angular_rate_rad_s /= static_cast<double>(samples.size());
+  mean.acceleration_m_s2 /= static_cast<double>(samples.size());
+  return mean;
+}
+
+/// A table too long to be held: a few thousand lines at a time.
+void for_each_row(const std::filesystem::path& file,
+                  const std::function<void(const TextTable&, const TextRow&)>& visit) {
+  constexpr int kLines = 5000;
+  std::ifstream stream(file);
+  if (!stream) throw Error(file.string() + ": cannot be read; check the path and its permissions");
+  std::string line, part;
+  for (int done = 0, count = 0; stream; done += count) {
+    part.clear();
+    for (count = 0; count < kLines && std::getline(stream, line); ++count) part += line + "\n";
+    TextTable table = parse_table(part, file.string());
+    for (TextRow& row : table.rows) {
+      row.line += done;
+      visit(table, row);
+    }
+  }
 }
 
 float float_at(const char* bytes, bool little_endian) {
@@ -44,27 +76,30 @@ std::vector<LidarPoint> read_lidar_scan(const std::filesystem::path& file) {
   return points;
 }
 
-std::vector<ImuSample> read_imu(const std::filesystem::path& file) {
-  const TextTable table = read_table(file);
-  std::vector<ImuSample> samples;
-  samples.reserve(table.rows.size());
-  for (const TextRow& row : table.rows) {
+std::vector<ImuSample> read_imu(const std::filesystem::path& file, TimestampNs period_ns) {
+  std::vector<ImuSample> means, period;
+  for_each_row(file, [&](const TextTable& table, const TextRow& row) {
     check_columns(table, row, 7, "t [ns], w xyz [rad/s], a xyz [m/s^2]");
-    samples.push_back({table.integer(row, 0), vector_at(table, row, 1), vector_at(table, row, 4)});
-    check_increasing(table, row, samples);
-  }
-  return samples;
+    const ImuSample sample{table.integer(row, 0), vector_at(table, row, 1), vector_at(table, row, 4)};
+    check_increasing(table, row, period.empty() ? means : period, sample.t_ns);
+    if (!period.empty() && sample.t_ns - period.front().t_ns >= period_ns) {
+      means.push_back(mean_of(period));
+      period.clear();
+    }
+    period.push_back(sample);
+  });
+  if (!period.empty()) means.push_back(mean_of(period));
+  return means;
 }
 
 std::vector<WheelSample> read_wheels(const std::filesystem::path& file) {
-  const TextTable table = read_table(file);
   std::vector<WheelSample> samples;
-  samples.reserve(table.rows.size());
-  for (const TextRow& row : table.rows) {
+  for_each_row(file, [&](const TextTable& table, const TextRow& row) {
     check_columns(table, row, 3, "t [ns], left, right [m]");
-    samples.push_back({table.integer(row, 0), table.number(row, 1), table.number(row, 2)});
-    check_increasing(table, row, samples);
-  }
+    const WheelSample sample{table.integer(row, 0), table.number(row, 1), table.number(row, 2)};
+    check_increasing(table, row, samples, sample.t_ns);
+    samples.push_back(sample);
+  });
   return samples;
 }
 

@@ -23,7 +23,8 @@ struct ImuSample {
 };
 
 /// LuSNAR imu.txt and EuRoC imu0/data.csv: lines `t [ns], w xyz, a xyz`, stamps increasing. Throws Error with the line.
-std::vector<ImuSample> read_imu(const std::filesystem::path& file);
+/// With a period, the means over periods of that length: a drive of hours has millions of samples.
+std::vector<ImuSample> read_imu(const std::filesystem::path& file, TimestampNs period_ns = 0);
 
 /// Distance rolled by the left and by the right wheels since the start.
 struct WheelSample {

@@ -37,6 +37,31 @@ TEST(Sensors, ImuSamplesKeepTheirOrderOfColumns) {
               ThrowsMessage<Error>(HasSubstr("b.txt:2: the stamps must increase")));
 }
 
+TEST(Sensors, ManyImuSamplesBecomeMeansOverPeriods) {
+  const TestFolder folder;
+  std::string text;
+  for (int i = 0; i < 12000; ++i) text += std::to_string(i * 10) + "," + std::to_string(i % 10) + ",0,0,0,0,2\n";
+  const std::filesystem::path file = folder.text("imu.txt", text);
+  EXPECT_EQ(read_imu(file).size(), 12000U);
+  const auto means = read_imu(file, 100);
+  ASSERT_EQ(means.size(), 1200U);
+  EXPECT_EQ(means[1].t_ns, 145);
+  EXPECT_DOUBLE_EQ(means[1].angular_rate_rad_s.x(), 4.5);
+  EXPECT_DOUBLE_EQ(means[1199].acceleration_m_s2.z(), 2.0);
+  EXPECT_THAT([&] { read_imu(folder.text("b.txt", text + "7,0,0,0,0,0,0\n"), 100); },
+              ThrowsMessage<Error>(HasSubstr("b.txt:12001: the stamps must increase")));
+}
+
+TEST(Sensors, WheelsRollOn) {
+  const TestFolder folder;
+  const auto samples = read_wheels(folder.text("wheels.txt", "#t, left, right\n10,0.1,0.2\n20,0.3,0.4\n"));
+  ASSERT_EQ(samples.size(), 2U);
+  EXPECT_EQ(samples[1].t_ns, 20);
+  EXPECT_EQ(samples[1].left_m, 0.3);
+  EXPECT_EQ(samples[1].right_m, 0.4);
+  EXPECT_THAT([&] { read_wheels(folder.text("b.txt", "1,2\n")); }, ThrowsMessage<Error>(HasSubstr("b.txt:1: ")));
+}
+
 /// 2x2, bottom row first: bottom 1, 2; top 3, 65504.
 const std::string kFloats("\x00\x00\x80\x3f\x00\x00\x00\x40\x00\x00\x40\x40\x00\xe0\x7f\x47", 16);
 

@@ -86,7 +86,8 @@ std::size_t last_frame(const RunInputs& inputs, const StereoSequence& sequence) 
 
 MotionSensors read_sensors(const SensorFiles& files) {
   MotionSensors sensors;
-  if (files.imu) sensors.imu = read_imu(*files.imu);
+  constexpr TimestampNs kImuPeriodNs = 100'000'000;
+  if (files.imu) sensors.imu = read_imu(*files.imu, kImuPeriodNs);
   if (files.wheels) sensors.wheels = read_wheels(*files.wheels);
   return sensors;
 }
