@@ -59,6 +59,7 @@ TEST_F(Lost, ABlackoutIsBridgedReportedAndCountedAgainstCompletion) {
   for (int i = 12; i < 20; ++i) {
     EXPECT_EQ(records_[i]["status"], "bridged") << i;
     EXPECT_EQ(records_[i]["reason"], "dark frame") << i;
+    EXPECT_NEAR(records_[i]["sigma_m"], 0.5 * (i - 11), 0.2 + 0.1 * (i - 11)) << i;  // half a metre per second, 1 Hz
   }
   for (std::size_t i = 22; i < records_.size(); ++i) EXPECT_EQ(records_[i]["status"], "tracked") << i;
   const Json evaluation = evaluate();

@@ -1,5 +1,6 @@
 #include "demslam/slam/frame_json.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace demslam {
@@ -41,6 +42,8 @@ std::string frame_json(const FrameRecord& record) {
                {"rms_px", odometry.rms_px},
                {"position_m", {p.x(), p.y(), p.z()}}};
   if (!odometry.reason.empty()) json["reason"] = odometry.reason;
+  if (odometry.status == Tracking::bridged)
+    json["sigma_m"] = std::sqrt(odometry.covariance.diagonal().tail<3>().mean());
   if (odometry.is_keyframe) json["keyframe"] = odometry.keyframe;
   if (record.loop) json["loop"] = loop_json(*record.loop);
   if (record.keyframe && !record.keyframe->earlier_map.empty()) {
