@@ -51,4 +51,11 @@ void write_image(const std::filesystem::path& file, const Image& image) {
   write_encoded(file, bytes);
 }
 
+void write_image(const std::filesystem::path& file, int width, int height, const std::vector<std::uint16_t>& values) {
+  const cv::Mat grey(height, width, CV_16U, const_cast<std::uint16_t*>(values.data()));
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", grey, bytes);
+  write_encoded(file, bytes);
+}
+
 }  // namespace demslam

@@ -26,5 +26,7 @@ Image read_image(const std::filesystem::path& file);
 
 /// Writes PNG or JPEG by extension. Throws Error when the disk is full or the folder is not writable.
 void write_image(const std::filesystem::path& file, const Image& image);
+/// Writes a 16-bit grey PNG, `values` row by row.
+void write_image(const std::filesystem::path& file, int width, int height, const std::vector<std::uint16_t>& values);
 
 }  // namespace demslam

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <system_error>
 
@@ -50,6 +50,14 @@ Eigen::Vector3d velocity(const Trajectory& trajectory, std::size_t i) {
   return (after.pose.translation() - before.pose.translation()) / dt;
 }
 
+std::string pfm_header(const char* kind, int width, int height) {
+  return std::string(kind) + "\n" + std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n";
+}
+
+std::string raw_bytes(const std::vector<float>& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)};
+}
+
 }  // namespace
 
 DatasetWriter::DatasetWriter(fs::path out, const SceneOptions& scene) : out_(std::move(out)), output_(scene.output) {
@@ -68,6 +76,7 @@ void DatasetWriter::make_frame_folders() const {
   make_folder(out_ / "image0/color");
   make_folder(out_ / "image1/color");
   if (output_.depth) make_folder(out_ / "image0/depth");
+  if (output_.normals) make_folder(out_ / "image0/normal");
   if (output_.labels) make_folder(out_ / "image0/label");
   if (output_.lidar) make_folder(out_ / "LiDAR");
 }
@@ -84,7 +93,7 @@ bool DatasetWriter::has(TimestampNs t_ns) const {
   };
   return there(true, "image0/color", ".png") && there(true, "image1/color", ".png") &&
          there(output_.depth, "image0/depth", ".pfm") && there(output_.labels, "image0/label", ".png") &&
-         there(output_.lidar, "LiDAR", ".txt");
+         there(output_.normals, "image0/normal", ".pfm") && there(output_.lidar, "LiDAR", ".txt");
 }
 
 void DatasetWriter::publish(const fs::path& file) const {
@@ -101,8 +110,13 @@ void DatasetWriter::write_bytes(const fs::path& file, const std::string& bytes) 
   publish(file);
 }
 
-void DatasetWriter::write_picture(const fs::path& file, const Image& image) const {
-  write_image(unfinished(file), image);
+void DatasetWriter::write_picture(const fs::path& file, const Image& image,
+                                  const std::vector<std::uint16_t>& deep) const {
+  if (deep.empty()) {
+    write_image(unfinished(file), image);
+  } else {
+    write_image(unfinished(file), image.width, image.height, deep);
+  }
   publish(file);
 }
 
@@ -111,10 +125,14 @@ void DatasetWriter::write(const SimulatedFrame& frame) const {
     write_bytes(file("image0/depth", frame.t_ns, ".pfm"),
                 pfm_bytes(frame.depth_m, frame.left.width, frame.left.height));
   }
+  if (output_.normals) {
+    write_bytes(file("image0/normal", frame.t_ns, ".pfm"),
+                pfm_bytes(frame.normals, frame.left.width, frame.left.height));
+  }
   if (output_.labels) write_picture(file("image0/label", frame.t_ns, ".png"), frame.labels);
   if (output_.lidar) write_bytes(file("LiDAR", frame.t_ns, ".txt"), frame.lidar);
-  write_picture(file("image1/color", frame.t_ns, ".png"), frame.right);
-  write_picture(file("image0/color", frame.t_ns, ".png"), frame.left);
+  write_picture(file("image1/color", frame.t_ns, ".png"), frame.right, frame.right_16);
+  write_picture(file("image0/color", frame.t_ns, ".png"), frame.left, frame.left_16);
 }
 
 void DatasetWriter::write_text(const std::string& name, const std::string& text) const {
@@ -155,17 +173,26 @@ std::string stamped_pose_text(const Trajectory& trajectory) {
 }
 
 std::string pfm_bytes(const std::vector<float>& values, int width, int height) {
-  std::string bytes = "Pf\n" + std::to_string(width) + " " + std::to_string(height) + "\n-1.0\n";
+  std::vector<float> rows;
+  rows.reserve(values.size());
+  for (int v = height - 1; v >= 0; --v) {
+    const float* row = values.data() + static_cast<std::size_t>(v) * width;
+    std::transform(row, row + width, std::back_inserter(rows),
+                   [](float z) { return std::isfinite(z) ? z : kSkyDepth; });
+  }
+  return pfm_header("Pf", width, height) + raw_bytes(rows);
+}
+
+std::string pfm_bytes(const std::vector<Eigen::Vector3f>& values, int width, int height) {
+  std::vector<float> rows;
+  rows.reserve(3 * values.size());
   for (int v = height - 1; v >= 0; --v) {
     for (int u = 0; u < width; ++u) {
-      const float value = values[static_cast<std::size_t>(v) * width + u];
-      const float written = std::isfinite(value) ? value : kSkyDepth;
-      char raw[sizeof(float)];
-      std::memcpy(raw, &written, sizeof raw);
-      bytes.append(raw, sizeof raw);
+      const Eigen::Vector3f& value = values[static_cast<std::size_t>(v) * width + u];
+      rows.insert(rows.end(), value.data(), value.data() + 3);
     }
   }
-  return bytes;
+  return pfm_header("PF", width, height) + raw_bytes(rows);
 }
 
 }  // namespace demslam

@@ -16,10 +16,12 @@ namespace demslam {
 /// One finished frame of a simulation.
 struct SimulatedFrame {
   TimestampNs t_ns = 0;
-  Image left, right;
-  std::vector<float> depth_m;  ///< left camera, rows from the top; empty: not wanted, as for those below
-  Image labels;                ///< left camera
-  std::string lidar;           ///< lines of points
+  Image left, right;                             ///< of more than 8 bits: the upper ones
+  std::vector<std::uint16_t> left_16, right_16;  ///< those of more than 8 bits, aligned to the upper end; else empty
+  std::vector<float> depth_m;            ///< left camera, rows from the top; empty: not wanted, as for those below
+  std::vector<Eigen::Vector3f> normals;  ///< left camera, map frame
+  Image labels;                          ///< left camera
+  std::string lidar;                     ///< lines of points
 };
 
 /// Writes the LuSNAR layout. Every file appears under its name only when complete, so a killed run leaves whole frames.
@@ -41,7 +43,8 @@ class DatasetWriter {
   std::filesystem::path unfinished(const std::filesystem::path& file) const;
   void publish(const std::filesystem::path& file) const;  ///< from its unfinished place to its name
   void write_bytes(const std::filesystem::path& file, const std::string& bytes) const;
-  void write_picture(const std::filesystem::path& file, const Image& image) const;
+  void write_picture(const std::filesystem::path& file, const Image& image,
+                     const std::vector<std::uint16_t>& deep = {}) const;
 
   std::filesystem::path out_;
   OutputOptions output_;
@@ -56,5 +59,7 @@ std::string ground_truth_text(const Trajectory& trajectory, const ImuBias& bias 
 
 /// A one-channel PFM: little-endian floats, bottom row first.
 std::string pfm_bytes(const std::vector<float>& values, int width, int height);
+/// A three-channel one.
+std::string pfm_bytes(const std::vector<Eigen::Vector3f>& values, int width, int height);
 
 }  // namespace demslam

@@ -17,9 +17,11 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kSunRays = 4;  // over the sun's disc, where a packet lies on the edge of a shadow
 constexpr float kReliefViewFactor = 0.02F;
 
-Vector3f sun_direction(const LightOptions& light) {
-  const double elevation = light.sun_elevation_deg * std::numbers::pi / 180.0;
-  const double azimuth = light.sun_azimuth_deg * std::numbers::pi / 180.0;
+constexpr double kFullEarth = 0.367 * (6371.0 / 384400.0) * (6371.0 / 384400.0);
+
+/// Towards a body in the sky; azimuth from East to North.
+Vector3f direction_to(double elevation_deg, double azimuth_deg) {
+  const double elevation = elevation_deg * std::numbers::pi / 180.0, azimuth = azimuth_deg * std::numbers::pi / 180.0;
   return Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
                          std::sin(elevation))
       .cast<float>();
@@ -58,6 +60,25 @@ Vector3f at(const Triples& triples, int i) { return {triples.x[i], triples.y[i],
 
 Vector3f shadow_start(const Hits& hits, int i) { return at(hits.position, i) + hits.offset[i] * at(hits.normal, i); }
 
+/// Rays from the hits into one direction.
+RTCRay16 shadow_rays(const Hits& hits, const Vector3f& direction) {
+  RTCRay16 rays;
+  for (int i = 0; i < kPacket; ++i) {
+    rays.org_x[i] = hits.position.x[i] + hits.offset[i] * hits.normal.x[i];
+    rays.org_y[i] = hits.position.y[i] + hits.offset[i] * hits.normal.y[i];
+    rays.org_z[i] = hits.position.z[i] + hits.offset[i] * hits.normal.z[i];
+    rays.dir_x[i] = direction.x();
+    rays.dir_y[i] = direction.y();
+    rays.dir_z[i] = direction.z();
+    rays.tnear[i] = hits.offset[i];
+    rays.tfar[i] = kInfinity;
+    rays.time[i] = 0.0F;
+    rays.mask[i] = ~0U;
+    rays.id[i] = rays.flags[i] = 0;
+  }
+  return rays;
+}
+
 }  // namespace
 
 void set_ray(RTCRay16& rays, int i, const Vector3f& origin, const Vector3f& direction, float near, float far) {
@@ -76,11 +97,13 @@ void set_ray(RTCRay16& rays, int i, const Vector3f& origin, const Vector3f& dire
 }
 
 Illumination::Illumination(const LightOptions& light)
-    : reflectance_(light.photometry, light.albedo),
-      sun_(sun_direction(light)),
+    : reflectance_(light.photometry, light.albedo, light.soil),
+      sun_(direction_to(light.sun_elevation_deg, light.sun_azimuth_deg)),
       disc_(static_cast<float>(light.sun_diameter_deg * std::numbers::pi / 180.0)),
       fill_(static_cast<float>(light.fill * light.albedo * light.albedo) * sun_.z()),
-      lamp_(static_cast<float>(light.lamp)) {
+      lamp_(static_cast<float>(light.lamp)),
+      earth_(direction_to(light.earth_elevation_deg, light.earth_azimuth_deg)),
+      earthshine_(static_cast<float>(light.earthshine * kFullEarth)) {
   sun_right_ = std::tan(0.5F * disc_) * sun_.unitOrthogonal();
   sun_up_ = sun_.cross(sun_right_);
 }
@@ -92,30 +115,13 @@ void Illumination::light(RTCScene scene, const int* valid, const Hits& hits, std
     radiance[i] = view_factor > 0.0F ? fill_ * view_factor * hits.albedo[i] : 0.0F;
   }
   sunlight(scene, valid, hits, key, radiance);
+  if (earthshine_ > 0.0F) earthlight(scene, valid, hits, radiance);
   if (lamp_ > 0.0F) lamplight(scene, valid, hits, lamp, radiance);
-}
-
-RTCRay16 Illumination::sun_rays(const Hits& hits) const {
-  RTCRay16 rays;
-  for (int i = 0; i < kPacket; ++i) {
-    rays.org_x[i] = hits.position.x[i] + hits.offset[i] * hits.normal.x[i];
-    rays.org_y[i] = hits.position.y[i] + hits.offset[i] * hits.normal.y[i];
-    rays.org_z[i] = hits.position.z[i] + hits.offset[i] * hits.normal.z[i];
-    rays.dir_x[i] = sun_.x();
-    rays.dir_y[i] = sun_.y();
-    rays.dir_z[i] = sun_.z();
-    rays.tnear[i] = hits.offset[i];
-    rays.tfar[i] = kInfinity;
-    rays.time[i] = 0.0F;
-    rays.mask[i] = ~0U;
-    rays.id[i] = rays.flags[i] = 0;
-  }
-  return rays;
 }
 
 void Illumination::probe_sun(RTCScene scene, const int* facing, const Hits& hits, std::uint64_t key, int sample,
                              float* free) const {
-  RTCRay16 rays = sun_rays(hits);
+  RTCRay16 rays = shadow_rays(hits, sun_);
   for (int i = 0; i < kPacket && disc_ > 0.0F; ++i) {
     const Eigen::Vector2f& point = disc_point(sample, key + static_cast<std::uint64_t>(i));
     rays.dir_x[i] += point.x() * sun_right_.x() + point.y() * sun_up_.x();
@@ -130,7 +136,7 @@ void Illumination::probe_sun(RTCScene scene, const int* facing, const Hits& hits
 
 bool Illumination::penumbra_shows(RTCScene scene, const int* shadowed, const Hits& hits) const {
   alignas(64) RTCRayHit16 packet;
-  packet.ray = sun_rays(hits);
+  packet.ray = shadow_rays(hits, sun_);
   for (int i = 0; i < kPacket; ++i) packet.hit.geomID[i] = packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
   RTCIntersectArguments arguments;
   rtcInitIntersectArguments(&arguments);
@@ -173,6 +179,19 @@ void Illumination::sunlight(RTCScene scene, const int* valid, const Hits& hits, 
     if (free[i] == 0.0F) continue;
     const float cos_phase = hits.to_eye.x[i] * sun_.x() + hits.to_eye.y[i] * sun_.y() + hits.to_eye.z[i] * sun_.z();
     radiance[i] += free[i] / rays * hits.albedo[i] * reflectance_(mu0[i], mu[i], cos_phase);
+  }
+}
+
+void Illumination::earthlight(RTCScene scene, const int* valid, const Hits& hits, float* radiance) const {
+  alignas(64) int facing[kPacket];
+  for (int i = 0; i < kPacket; ++i) facing[i] = valid[i] != 0 && at(hits.normal, i).dot(earth_) > 0.0F ? -1 : 0;
+  alignas(64) RTCRay16 rays = shadow_rays(hits, earth_);
+  cast_shadows(scene, facing, rays);
+  for (int i = 0; i < kPacket; ++i) {
+    if (facing[i] == 0 || rays.tfar[i] < 0.0F) continue;
+    const Vector3f normal = at(hits.normal, i), to_eye = at(hits.to_eye, i);
+    radiance[i] +=
+        earthshine_ * hits.albedo[i] * reflectance_(normal.dot(earth_), normal.dot(to_eye), to_eye.dot(earth_));
   }
 }
 

@@ -15,9 +15,10 @@ namespace demslam {
 void set_ray(RTCRay16& rays, int i, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float near,
              float far);
 
-/// The light of a scene: the sun as a disc, what the sunlit ground gives back, and a headlamp. The ground's light is
-/// that of an endless plain, with the view factor (1 - n_z) / 2, and of the relief around, with 0.02; nothing shadows
-/// it.
+/// The light of a scene: the sun as a disc, what the sunlit ground gives back, a headlamp, and the Earth as a point. A
+/// full Earth of geometric albedo 0.367 gives 0.367 (6371 km / 384400 km)^2 = 1.0e-4 of the sun's irradiance. The
+/// ground's light is that of an endless plain, with the view factor (1 - n_z) / 2, and of the relief around, with 0.02;
+/// nothing shadows it.
 class Illumination {
  public:
   explicit Illumination(const LightOptions& light);
@@ -31,17 +32,18 @@ class Illumination {
   void sunlight(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, float* radiance) const;
   void lamplight(RTCScene scene, const int* valid, const Hits& hits, const Eigen::Vector3f& lamp,
                  float* radiance) const;
+  void earthlight(RTCScene scene, const int* valid, const Hits& hits, float* radiance) const;
   /// Adds 1 to the lanes whose ray to a point of the sun's disc is free.
   void probe_sun(RTCScene scene, const int* facing, const Hits& hits, std::uint64_t key, int sample, float* free) const;
   /// Whether something casts a shadow on one of the lanes from so far that its penumbra is wider than half a pixel.
   bool penumbra_shows(RTCScene scene, const int* shadowed, const Hits& hits) const;
-  /// The direction is the same for all lanes.
-  RTCRay16 sun_rays(const Hits& hits) const;
 
   Reflectance reflectance_;
   Eigen::Vector3f sun_, sun_right_, sun_up_;  ///< direction to the sun, and its disc's radius vectors
   float disc_;                                ///< width of the sun's disc, radians
   float fill_, lamp_;
+  Eigen::Vector3f earth_;
+  float earthshine_;  ///< irradiance, relative to the sun's
 };
 
 }  // namespace demslam

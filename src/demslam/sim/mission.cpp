@@ -1,8 +1,10 @@
 #include "demslam/sim/mission.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "demslam/base/random.h"
+#include "demslam/sim/glare.h"
 #include "demslam/sim/planner.h"
 #include "demslam/sim/rover.h"
 #include "demslam/sim/sensor.h"
@@ -14,6 +16,29 @@ namespace {
 /// The headlamp hangs low and to the left of the cameras: light from beside the eye gives the ground relief.
 Eigen::Vector3d lamp_in_body(const CameraOptions& camera) {
   return {camera.forward_m, 0.5 * camera.baseline_m + 0.6, 0.5 * camera.height_m};
+}
+
+constexpr double kOldest = 4.0;  // memories of the exposure; what is older is forgotten
+
+/// The camera with an eighth of its pixels per axis.
+Camera light_meter(Camera camera) {
+  camera.width /= 8;
+  camera.height /= 8;
+  for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value /= 8.0;
+  return camera;
+}
+
+struct ExposureKeys {
+  std::uint64_t noise, camera;
+};
+
+/// A rendering becomes an image.
+void expose(const SceneOptions& scene, const Rendering& seen, double grey_per_radiance, const ExposureKeys& keys,
+            Image& image, std::vector<std::uint16_t>& deep) {
+  const Levels levels =
+      develop(seen, scene.camera, grey_per_radiance, keys.noise, Random::mix(scene.seed) + keys.camera);
+  image = levels.upper_byte();
+  if (levels.bits > 8) deep = levels.aligned();
 }
 
 }  // namespace
@@ -35,36 +60,78 @@ Pose Mission::at(double time_s) const {
 
 SimulatedFrame Mission::frame(std::size_t index) {
   const StampedPose& stamped = trajectory_.at(index);
-  const double grey_per_radiance = exposure();
-  Rendering seen = left(stamped);
+  const double grey_per_radiance = exposure(index);
+  go_to(stamped);
+  const OutputOptions& output = scene_.output;
+  Rendering seen = look(stamped, rig_.left, Pose(), output.normals);
   SimulatedFrame frame;
   frame.t_ns = stamped.t_ns;
-  frame.left = develop(seen, scene_.camera, grey_per_radiance, noise_key(stamped.t_ns, 0));
-  frame.right = develop(right(stamped), scene_.camera, grey_per_radiance, noise_key(stamped.t_ns, 1));
-  const OutputOptions& output = scene_.output;
+  expose(scene_, seen, grey_per_radiance, {noise_key(stamped.t_ns, 0), 0}, frame.left, frame.left_16);
+  expose(scene_, look(stamped, rig_.right, rig_.T_left_right, false), grey_per_radiance,
+         {noise_key(stamped.t_ns, 1), 1}, frame.right, frame.right_16);
   if (output.labels) frame.labels = label_image(seen, rig_.left, T_map_left(stamped), terrain_);
   if (output.lidar) {
     const Lidar lidar;
     frame.lidar = lidar.scan(renderer_, terrain_, stamped.pose * lidar.T_body_lidar, noise_key(stamped.t_ns, 2));
   }
   if (output.depth) frame.depth_m = std::move(seen.depth_m);
+  frame.normals = std::move(seen.normal);
   return frame;
 }
 
-double Mission::exposure() {
-  if (scene_.camera.exposure > 0.0) return scene_.camera.exposure;
-  if (!exposure_) exposure_ = automatic_exposure(left(trajectory_.front()));
-  return *exposure_;
+double Mission::exposure(std::size_t index) {
+  const CameraOptions& camera = scene_.camera;
+  if (camera.exposure > 0.0) return camera.exposure;
+  if (camera.exposure_memory_s <= 0.0) {
+    if (!exposure_) {
+      go_to(trajectory_.front());
+      exposure_ = automatic_exposure(renderer_.render(rig_.left, T_map_left(trajectory_.front())));
+    }
+    return *exposure_;
+  }
+  double sum = 0.0, weights = 0.0;
+  for (std::size_t k = index + 1; k-- > 0;) {
+    const double age = to_seconds(trajectory_[index].t_ns - trajectory_[k].t_ns) / camera.exposure_memory_s;
+    if (age > kOldest) break;
+    sum += std::exp(-age) * std::log(metered(k));
+    weights += std::exp(-age);
+  }
+  return std::exp(sum / weights);
 }
 
-Rendering Mission::left(const StampedPose& stamped) {
+/// What a light meter of few pixels says at a frame; kept, because the frames that follow ask again.
+double Mission::metered(std::size_t index) {
+  if (metered_.empty()) metered_.assign(trajectory_.size(), 0.0F);
+  if (metered_[index] == 0.0F) {
+    go_to(trajectory_[index]);
+    metered_[index] = static_cast<float>(
+        automatic_exposure(renderer_.render(light_meter(rig_.left), T_map_left(trajectory_[index]))));
+  }
+  return metered_[index];
+}
+
+void Mission::go_to(const StampedPose& stamped) {
   renderer_.centre_on(ahead(stamped.pose));
   renderer_.set_lamp(stamped.pose * lamp_in_body(scene_.camera));
-  return renderer_.render(rig_.left, T_map_left(stamped));
 }
 
-Rendering Mission::right(const StampedPose& stamped) const {
-  return renderer_.render(rig_.right, T_map_left(stamped) * rig_.T_left_right);
+Rendering Mission::look(const StampedPose& stamped, const Camera& camera, const Pose& T_left_camera,
+                        bool normals) const {
+  const Pose T_map_camera = T_map_left(stamped) * T_left_camera;
+  Rendering seen = renderer_.render(camera, T_map_camera, shutter(stamped, T_left_camera), normals);
+  add_sun(seen, camera, scene_.light, find_sun(renderer_, scene_.light, camera, T_map_camera), scene_.camera.flare);
+  return seen;
+}
+
+/// The camera's motion around a frame, by a central difference.
+Shutter Mission::shutter(const StampedPose& stamped, const Pose& T_left_camera) const {
+  Shutter shutter{.exposure_s = scene_.camera.exposure_time_s, .readout_s = scene_.camera.readout_time_s};
+  if (shutter.exposure_s <= 0.0 && shutter.readout_s <= 0.0) return shutter;
+  const double time_s = to_seconds(stamped.t_ns - trajectory_.front().t_ns), half_s = 0.05;
+  const Pose step = at(time_s - half_s).inverse() * at(time_s + half_s);
+  const Pose T_camera_body = (rig_.T_body_left * T_left_camera).inverse();
+  shutter.twist = T_camera_body.adjoint() * step.log() / (2.0 * half_s);
+  return shutter;
 }
 
 /// The finest terrain is wanted where the camera looks, a little ahead of the rover.

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "demslam/geometry/camera.h"
 #include "demslam/geometry/trajectory.h"
@@ -31,12 +32,17 @@ class Mission {
 
   /// Everything that the scene's [output] asks for. One caller at a time.
   SimulatedFrame frame(std::size_t index);
-  /// Grey value per unit of I/F: the scene's own, or what suits the first frame.
-  double exposure();
+  /// Grey value per unit of I/F: the scene's own, or what suits the first frame, or, with a memory, the frames up to
+  /// this one.
+  double exposure(std::size_t index = 0);
 
  private:
-  Rendering left(const StampedPose& stamped);
-  Rendering right(const StampedPose& stamped) const;
+  /// Moves the renderer's surroundings and the lamp to a frame.
+  void go_to(const StampedPose& stamped);
+  /// What a camera of the rig sees from where the renderer is: the ground, the sun and its stray light.
+  Rendering look(const StampedPose& stamped, const Camera& camera, const Pose& T_left_camera, bool normals) const;
+  Shutter shutter(const StampedPose& stamped, const Pose& T_left_camera) const;
+  double metered(std::size_t index);
   Pose T_map_left(const StampedPose& stamped) const { return stamped.pose * rig_.T_body_left; }
   Eigen::Vector2d ahead(const Pose& T_map_body) const;
   std::uint64_t noise_key(TimestampNs t_ns, std::uint64_t stream) const;
@@ -47,7 +53,8 @@ class Mission {
   Trajectory trajectory_;
   StereoRig rig_;
   Renderer renderer_;
-  std::optional<double> exposure_;
+  std::optional<double> exposure_;  ///< of the first frame
+  std::vector<float> metered_;      ///< exposure that suits each frame; 0: not yet known
 };
 
 }  // namespace demslam

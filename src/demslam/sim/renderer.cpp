@@ -20,6 +20,7 @@ using Eigen::Vector3f;
 constexpr double kRangeM = 4000.0;    // terrain is there up to this distance
 constexpr double kRockReach = 200.0;  // rocks are there up to this many of their diameters, at 512 px focal length
 constexpr float kNear = 0.05F;
+constexpr int kMoments = 5;  // of an exposure, with one ray per pixel
 constexpr float kRockTextureStep = 0.04F, kRockGrain = 0.7F;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -54,34 +55,83 @@ bool is_rock(const RTCHit16& hit, int i) { return hit.instID[0][i] == RayScene::
 /// Where the rays of one pass go through their pixels, and what the pass is for.
 struct Pass {
   double du = 0.0, dv = 0.0;  ///< from the pixel's centre
+  double time = 0.0;          ///< from mid-exposure, in exposure times
   float weight = 1.0F;        ///< of this pass in the pixel's mean radiance; 0: geometry only
-  bool is_centre = true;      ///< defines depth and surface
+  bool is_centre = true;      ///< defines depth, surface and normal
 };
 
+/// n x n rays per pixel, spread over the exposure in another order than over the pixel; the centre at mid-exposure.
 std::vector<Pass> passes_of(int per_axis) {
   std::vector<Pass> passes;
-  if (per_axis % 2 == 0) passes.push_back({0.0, 0.0, 0.0F, true});
-  const int count = per_axis * per_axis;
+  if (per_axis % 2 == 0) passes.push_back({.weight = 0.0F});
+  const int count = per_axis * per_axis, middle = count / 2, stride = per_axis + 1;
   for (int k = 0; k < count; ++k) {
+    const int moment = (((k - middle) * stride + middle) % count + count) % count;  // a permutation: stride is coprime
     passes.push_back({(k % per_axis + 0.5) / per_axis - 0.5, (k / per_axis + 0.5) / per_axis - 0.5,
-                      1.0F / static_cast<float>(count), 2 * k + 1 == count});
+                      (moment + 0.5) / count - 0.5, 1.0F / static_cast<float>(count), 2 * k + 1 == count});
   }
   return passes;
 }
+
+/// The same rays at several moments of the exposure, where there is one ray per pixel only.
+std::vector<Pass> moments_of(int count) {
+  std::vector<Pass> passes;
+  for (int k = 0; k < count; ++k) {
+    passes.push_back(
+        {.time = (k + 0.5) / count - 0.5, .weight = 1.0F / static_cast<float>(count), .is_centre = 2 * k + 1 == count});
+  }
+  return passes;
+}
+
+/// The camera as the scene sees it at one moment.
+struct Stand {
+  Eigen::Matrix3d R_scene_camera;
+  Vector3f origin;
+};
+
+/// What all rays of one rendering have in common.
+struct View {
+  const Camera& camera;
+  std::vector<Stand> stands;  ///< for each pass: one, or one for each row
+  int stands_per_pass;
+  Rendering& out;
+
+  const Stand& stand(std::size_t pass, int row) const {
+    return stands[pass * stands_per_pass + (stands_per_pass > 1 ? std::min(row, stands_per_pass - 1) : 0)];
+  }
+};
+
+bool same(const Camera& a, const Camera& b) {
+  return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx && a.cy == b.cy &&
+         a.distortion == b.distortion && a.coefficients == b.coefficients;
+}
+
+/// The rays (x, y, 1) of a lens that is slow to invert, kept from image to image.
+struct LensTable {
+  Camera camera;
+  std::vector<std::vector<Eigen::Vector2f>> passes;  ///< (x, y) of every pixel
+
+  void prepare(const Camera& wanted, const std::vector<Pass>& all) {
+    if (!passes.empty() && same(camera, wanted)) return;
+    camera = wanted;
+    passes.assign(all.size(), {});
+    for (std::size_t p = 0; p < all.size(); ++p) {
+      passes[p].resize(static_cast<std::size_t>(camera.width) * camera.height);
+      tbb::parallel_for(0, camera.height, [&](int v) {
+        for (int u = 0; u < camera.width; ++u) {
+          passes[p][static_cast<std::size_t>(v) * camera.width + u] =
+              ray_of(camera, u + all[p].du, v + all[p].dv).head<2>().cast<float>();
+        }
+      });
+    }
+  }
+};
 
 /// Where the points of a packet find their texture, and how fine it may be.
 struct alignas(64) Texture {
   double x[kPacket], y[kPacket];             ///< metres, on the map or on the rock
   float step[kPacket], shortest[kPacket];    ///< of Terrain::micro_relief()
   float slope_x[kPacket], slope_y[kPacket];  ///< of the surface without the texture
-};
-
-/// What all rays of one rendering have in common.
-struct View {
-  const Camera& camera;
-  Eigen::Matrix3d R_scene_camera;
-  Vector3f origin;
-  Rendering& out;
 };
 
 }  // namespace
@@ -93,10 +143,14 @@ struct Renderer::World {
         field(scene.terrain, scene.seed, terrain, route),
         rays(field.shapes()),
         illumination(scene.light),
-        passes(passes_of(scene.camera.samples_per_axis)) {}
+        passes(passes_of(scene.camera.samples_per_axis)) {
+    if (passes.size() == 1 && scene.camera.exposure_time_s > 0.0) passes = moments_of(kMoments);
+  }
 
   Vector3f relative(const Eigen::Vector3d& p_map) const { return (p_map - clipmap.origin()).cast<float>(); }
-  void trace_block(const View& view, const Pass& pass, int u, int v) const;
+  View view_of(const Camera& camera, const Pose& T_map_camera, const Shutter& shutter, Rendering& out) const;
+  Eigen::Vector3d camera_ray(const Camera& camera, std::size_t pass, int u, int v) const;
+  void trace_block(const View& view, std::size_t pass, int u, int v) const;
   void store(const View& view, const Pass& pass, const Packet& packet, const Hits& hits) const;
   Hits hits_of(const Packet& packet, float pixel_angle) const;
   void shade_ground(const RTCRayHit16& rays, int i, Texture& texture, Hits& hits) const;
@@ -110,6 +164,7 @@ struct Renderer::World {
   RayScene rays;
   Illumination illumination;
   std::vector<Pass> passes;
+  mutable LensTable lens;
   Eigen::Vector3d lamp = Eigen::Vector3d::Zero();
   bool stale = true;
 };
@@ -135,14 +190,22 @@ void Renderer::centre_on(const Eigen::Vector2d& position) {
   world.stale = false;
 }
 
-Rendering Renderer::render(const Camera& camera, const Pose& T_map_camera) const {
+Rendering Renderer::render(const Camera& camera, const Pose& T_map_camera, const Shutter& shutter, bool normals) const {
   const std::size_t pixels = static_cast<std::size_t>(camera.width) * camera.height;
-  Rendering out{camera.width, camera.height, std::vector<float>(pixels, 0.0F), std::vector<float>(pixels, kInfinity),
-                std::vector<Surface>(pixels, Surface::sky)};
-  const View view{camera, T_map_camera.rotation_matrix(), world_->relative(T_map_camera.translation()), out};
+  Rendering out{camera.width,
+                camera.height,
+                std::vector<float>(pixels, 0.0F),
+                std::vector<float>(pixels, kInfinity),
+                std::vector<Surface>(pixels, Surface::sky),
+                {}};
+  if (normals) out.normal.assign(pixels, Vector3f::Zero());
+  if (camera.distortion != Distortion::none) world_->lens.prepare(camera, world_->passes);
+  const View view = world_->view_of(camera, T_map_camera, shutter, out);
   tbb::parallel_for(0, (camera.height + kDown - 1) / kDown, [&](int strip) {
     for (int u = 0; u < camera.width; u += kAcross) {
-      for (const Pass& pass : world_->passes) world_->trace_block(view, pass, u, strip * kDown);
+      for (std::size_t pass = 0; pass < world_->passes.size(); ++pass) {
+        world_->trace_block(view, pass, u, strip * kDown);
+      }
     }
   });
   return out;
@@ -169,17 +232,40 @@ std::vector<RangeReturn> Renderer::cast(const Pose& T_map_sensor, std::span<cons
   return returns;
 }
 
-void Renderer::World::trace_block(const View& view, const Pass& pass, int u, int v) const {
+View Renderer::World::view_of(const Camera& camera, const Pose& T_map_camera, const Shutter& shutter,
+                              Rendering& out) const {
+  View view{camera, {}, shutter.readout_s > 0.0 ? camera.height : 1, out};
+  for (const Pass& pass : passes) {
+    for (int row = 0; row < view.stands_per_pass; ++row) {
+      const double part = view.stands_per_pass > 1 ? row / (camera.height - 1.0) - 0.5 : 0.0;
+      const double time_s = pass.time * shutter.exposure_s + part * shutter.readout_s;
+      const Pose T = time_s == 0.0 ? T_map_camera : T_map_camera * Pose::exp(time_s * shutter.twist);
+      view.stands.push_back({T.rotation_matrix(), relative(T.translation())});
+    }
+  }
+  return view;
+}
+
+Eigen::Vector3d Renderer::World::camera_ray(const Camera& camera, std::size_t pass, int u, int v) const {
+  if (camera.distortion == Distortion::none) return ray_of(camera, u + passes[pass].du, v + passes[pass].dv);
+  const Eigen::Vector2f& xy = lens.passes[pass][static_cast<std::size_t>(v) * camera.width + u];
+  return {xy.x(), xy.y(), 1.0};
+}
+
+void Renderer::World::trace_block(const View& view, std::size_t pass, int u, int v) const {
   Packet packet{.u = u, .v = v};
   for (int i = 0; i < kPacket; ++i) {
     const int column = u + i % kAcross, row = v + i / kAcross;
     packet.valid[i] = column < view.camera.width && row < view.camera.height ? -1 : 0;
-    const Eigen::Vector3d ray = ray_of(view.camera, column + pass.du, row + pass.dv);
-    set_ray(packet.rays.ray, i, view.origin, (view.R_scene_camera * ray).cast<float>(), kNear, kInfinity);
+    const Eigen::Vector3d ray =
+        packet.valid[i] == 0 ? Eigen::Vector3d::UnitZ() : camera_ray(view.camera, pass, column, row);
+    if (std::isnan(ray.x())) packet.valid[i] = 0;  // outside a fisheye's image circle
+    const Stand& stand = view.stand(pass, row);
+    set_ray(packet.rays.ray, i, stand.origin, (stand.R_scene_camera * ray).cast<float>(), kNear, kInfinity);
   }
   intersect(rays.handle(), packet);
   if (std::all_of(packet.valid, packet.valid + kPacket, [](int valid) { return valid == 0; })) return;
-  store(view, pass, packet, hits_of(packet, static_cast<float>(1.0 / view.camera.fx)));
+  store(view, passes[pass], packet, hits_of(packet, static_cast<float>(1.0 / view.camera.fx)));
 }
 
 void Renderer::World::store(const View& view, const Pass& pass, const Packet& packet, const Hits& hits) const {
@@ -197,6 +283,8 @@ void Renderer::World::store(const View& view, const Pass& pass, const Packet& pa
     if (!pass.is_centre) continue;
     view.out.depth_m[pixel] = packet.rays.ray.tfar[i];  // the ray's direction has camera z = 1
     view.out.surface[pixel] = hits.surface[i];
+    if (view.out.normal.empty()) continue;
+    view.out.normal[pixel] = Vector3f(hits.normal.x[i], hits.normal.y[i], hits.normal.z[i]);
   }
 }
 

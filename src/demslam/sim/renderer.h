@@ -16,9 +16,17 @@ namespace demslam {
 /// What one camera sees, before optics and electronics. Rows from the top, the centre of the top-left pixel is (0, 0).
 struct Rendering {
   int width = 0, height = 0;
-  std::vector<float> radiance;   ///< I/F, mean over the pixel
-  std::vector<float> depth_m;    ///< camera z at the pixel's centre; infinity: sky
-  std::vector<Surface> surface;  ///< at the pixel's centre
+  std::vector<float> radiance;          ///< I/F, mean over the pixel
+  std::vector<float> depth_m;           ///< camera z at the pixel's centre; infinity: sky
+  std::vector<Surface> surface;         ///< at the pixel's centre
+  std::vector<Eigen::Vector3f> normal;  ///< at the pixel's centre, map frame; 0: sky; empty: not asked for
+};
+
+/// How the camera moves while it takes the image. The pose given to render() is that of the middle row's mid-exposure.
+struct Shutter {
+  Vector6d twist = Vector6d::Zero();  ///< rotation first, per second, camera frame
+  double exposure_s = 0.0;            ///< each row is the mean over it
+  double readout_s = 0.0;             ///< the last row is taken so much later than the first
 };
 
 /// What a ray met first.
@@ -41,7 +49,9 @@ class Renderer {
   void centre_on(const Eigen::Vector2d& position);
   void set_lamp(const Eigen::Vector3d& p_map);
 
-  Rendering render(const Camera& camera, const Pose& T_map_camera) const;
+  /// One caller at a time.
+  Rendering render(const Camera& camera, const Pose& T_map_camera, const Shutter& shutter = {},
+                   bool normals = false) const;
   /// First returns of rays from the sensor's origin.
   std::vector<RangeReturn> cast(const Pose& T_map_sensor, std::span<const Eigen::Vector3d> directions) const;
 

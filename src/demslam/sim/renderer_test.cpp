@@ -190,6 +190,32 @@ TEST(Illumination, LampFallsOffWithTheSquareOfTheDistance) {
   EXPECT_NEAR(lit.look(T).radiance[middle] - unlit.look(T).radiance[middle], 10.0 / 4.0 * 0.5, 5e-3);
 }
 
+TEST(Illumination, EarthLightsAsAFullEarthDoes) {
+  SceneOptions scene = closed_form_scene();
+  const Studio without(scene);
+  scene.light.earthshine = 1000.0;
+  scene.light.earth_elevation_deg = 40.0;
+  const Studio with(scene);
+  const Pose T = with.T_map_camera(1.5, 90.0);
+  const std::size_t middle = pixel_of(without.look(T), 64, 64);
+  const double full_earth = 0.367 * std::pow(6371.0 / 384400.0, 2);
+  EXPECT_NEAR(with.look(T).radiance[middle] - without.look(T).radiance[middle],
+              1000.0 * full_earth * 0.5 * std::sin(40.0 * kRadPerDeg), 1e-4);
+}
+
+TEST(Illumination, EarthCastsShadowsOfItsOwn) {
+  SceneOptions scene = closed_form_scene();
+  scene.light.earthshine = 1000.0;
+  scene.light.earth_elevation_deg = 90.0;
+  Studio studio(scene);
+  studio.renderer.place(sphere({0.0, 0.0, 3.0 + 3.0}, 1.0));
+  studio.renderer.centre_on({0.0, 0.0});
+  const Rendering image = studio.look(studio.T_map_camera(1.5, 90.0));  // from below the sphere
+  const double sun = 0.5 * std::sin(30.0 * kRadPerDeg);
+  EXPECT_NEAR(image.radiance[pixel_of(image, 64, 64)], sun, 1e-4);  // the sphere hides the Earth, not the sun
+  EXPECT_GT(image.radiance[pixel_of(image, 64, 120)], sun + 0.04);
+}
+
 /// Mean image position of the rock, from renderings at 5 x 5 offsets inside the pixel.
 Eigen::Vector2d centroid(const Renderer& renderer, const Camera& camera, const Pose& T_map_camera) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -269,6 +295,16 @@ TEST(Reflectance, HasTheAlbedoAtOppositionAndSurgesTowardsIt) {
   EXPECT_GT(at_phase(0.0) / at_phase(10.0), 1.3);  // the Moon brightens by some 40 % over the last ten degrees
   EXPECT_LT(at_phase(0.0) / at_phase(10.0), 2.2);
   EXPECT_GT(at_phase(10.0), at_phase(60.0));
+}
+
+TEST(Reflectance, MariaScatterLessLightBackThanHighlands) {
+  const Reflectance mare(Photometry::hapke, 0.12, Soil::mare), highland(Photometry::hapke, 0.12, Soil::highland);
+  const auto forward = [](const Reflectance& soil) {  // against the light to with the light
+    return soil(0.5F, 0.5F, static_cast<float>(std::cos(110.0 * kRadPerDeg))) /
+           soil(0.5F, 0.5F, static_cast<float>(std::cos(30.0 * kRadPerDeg)));
+  };
+  EXPECT_GT(forward(mare), 1.1F * forward(highland));
+  EXPECT_NEAR(mare(1.0F, 1.0F, 1.0F), 0.12, 1e-6);
 }
 
 TEST(Reflectance, TheFullMoonHasNoLimbDarkening) {

@@ -78,8 +78,12 @@ StereoRig stereo_rig(const CameraOptions& options) {
   camera.fx = camera.fy = 0.5 * options.width_px / std::tan(options.horizontal_fov_deg * std::numbers::pi / 360.0);
   camera.cx = 0.5 * (options.width_px - 1);
   camera.cy = 0.5 * (options.height_px - 1);
+  if (options.lens == Lens::fisheye) {
+    camera.distortion = Distortion::equidistant;
+    camera.fx = camera.fy = 0.5 * options.width_px / (options.horizontal_fov_deg * std::numbers::pi / 360.0);
+  }
   if (!options.distortion.empty()) {
-    camera.distortion = Distortion::radtan;
+    if (options.lens == Lens::pinhole) camera.distortion = Distortion::radtan;
     std::copy(options.distortion.begin(), options.distortion.end(), camera.coefficients.begin());
   }
   StereoRig rig;

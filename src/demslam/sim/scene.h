@@ -11,6 +11,8 @@ namespace demslam {
 
 enum class Relief { flat, mare, mid, highland };
 enum class Photometry { lambert, lunar_lambert, hapke };
+enum class Soil { regolith, mare, highland };
+enum class Lens { pinhole, fisheye };
 enum class RouteKind { straight, loop, waypoints, planned };
 
 /// The rendered ground: a base surface (a DEM file, or generated), and everything finer than it, which is always
@@ -36,6 +38,9 @@ struct LightOptions {
   double sun_diameter_deg = 0.53;  ///< width of the penumbra; 0: a point
   double fill = 1.0;  ///< strength of the light that the sunlit ground throws into shadows; 1: as it is, 0: none
   double lamp = 0.0;  ///< headlamp beside and below the cameras: its light at 1 m, relative to the sun's; 0: none
+  Soil soil = Soil::regolith;  ///< which parameters photometry = "hapke" takes (photometry.h)
+  double earthshine = 0.0;     ///< light of the Earth, 1: of a full one, 1.0e-4 of the sun's; 0: none
+  double earth_elevation_deg = 45.0, earth_azimuth_deg = 0.0;
 };
 
 struct CameraOptions {
@@ -52,7 +57,14 @@ struct CameraOptions {
   double blur_px = 0.5;            ///< sigma of the point-spread function; 0: none
   int samples_per_axis = 1;        ///< n x n rays per pixel
   double vignetting = 0.1;         ///< loss of light in the corners, falling off with the square of the distance
-  std::vector<double> distortion;  ///< radtan k1, k2, p1, p2[, k3] of both cameras; empty: none
+  std::vector<double> distortion;  ///< radtan k1, k2, p1, p2[, k3] of both cameras, fisheye k1..k4; empty: none
+  Lens lens = Lens::pinhole;       ///< fisheye: equidistant, focal length = width / 2 / (fov / 2 in radians)
+  int bits = 8;                    ///< 8, 10 or 12; more than 8 are written as the upper bits of 16-bit images
+  double exposure_time_s = 0.0;    ///< the image is the mean over it (motion blur, six times the work); 0: an instant
+  double readout_time_s = 0.0;     ///< rolling shutter, from the first row to the last; the stamp is the middle row's
+  double exposure_memory_s = 0.0;  ///< automatic exposure follows the scene with this time constant; 0: never changes
+  int dust_spots = 0;              ///< on each camera's window
+  double flare = 0.0;  ///< stray light of a sun in front of the camera: veil and ghosts; 1: a fair lens, 0: none
 };
 
 struct RoverOptions {
@@ -62,7 +74,7 @@ struct RoverOptions {
   double length_m = 150.0;                            ///< driven distance; a loop closes after it and goes 3 % further
   std::vector<Eigen::Vector2d> waypoints_m;           ///< for route = "waypoints": a smooth curve through them
   double speed_m_per_s = 0.5;
-  double frame_rate_hz = 1.0;  ///< frames are speed_m_per_s / frame_rate_hz apart
+  double frame_rate_hz = 1.0;               ///< frames are speed_m_per_s / frame_rate_hz apart
   double wheelbase_m = 1.2, track_m = 1.0;  ///< four contact points around the body's origin
   double stop_after_m = 0.0;                ///< the route ends after this distance; 0: at its last point
 };
@@ -96,12 +108,13 @@ struct CalibrationErrorOptions {
 };
 
 struct OutputOptions {
-  bool depth = true;    ///< image0/depth/*.pfm
-  bool labels = false;  ///< image0/label/*.png: 0 sky, 1 regolith, 2 crater, 3 rock
-  bool lidar = false;   ///< LiDAR/*.txt
-  bool imu = false;     ///< imu.txt
-  bool wheels = false;  ///< wheels.txt
-  bool images = true;   ///< false: no frames (images, depth, labels, LiDAR); they are rendered when they are read
+  bool depth = true;     ///< image0/depth/*.pfm
+  bool labels = false;   ///< image0/label/*.png: 0 sky, 1 regolith, 2 crater, 3 rock
+  bool lidar = false;    ///< LiDAR/*.txt
+  bool imu = false;      ///< imu.txt
+  bool wheels = false;   ///< wheels.txt
+  bool normals = false;  ///< image0/normal/*.pfm: unit normals, map frame
+  bool images = true;    ///< false: no frames (images, depth, labels, LiDAR); they are rendered when they are read
 };
 
 /// A whole simulated mission. The defaults are a valid scene; a file changes single values (scene_fields.h lists them).

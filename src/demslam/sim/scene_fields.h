@@ -17,6 +17,9 @@ inline constexpr EnumNames<Relief, 4> kReliefNames{
     {{Relief::flat, "flat"}, {Relief::mare, "mare"}, {Relief::mid, "mid"}, {Relief::highland, "highland"}}};
 inline constexpr EnumNames<Photometry, 3> kPhotometryNames{
     {{Photometry::lambert, "lambert"}, {Photometry::lunar_lambert, "lunar_lambert"}, {Photometry::hapke, "hapke"}}};
+inline constexpr EnumNames<Soil, 3> kSoilNames{
+    {{Soil::regolith, "regolith"}, {Soil::mare, "mare"}, {Soil::highland, "highland"}}};
+inline constexpr EnumNames<Lens, 2> kLensNames{{{Lens::pinhole, "pinhole"}, {Lens::fisheye, "fisheye"}}};
 inline constexpr EnumNames<RouteKind, 4> kRouteNames{{{RouteKind::straight, "straight"},
                                                       {RouteKind::loop, "loop"},
                                                       {RouteKind::waypoints, "waypoints"},
@@ -80,6 +83,10 @@ void light_fields(Io& io, O& light) {
   bounded(io, "sun_diameter_deg", light.sun_diameter_deg, 0.0, 10.0);
   bounded(io, "fill", light.fill, 0.0, 10.0);
   bounded(io, "lamp", light.lamp, 0.0, 1e6);
+  enum_field(io, "soil", light.soil, kSoilNames);
+  bounded(io, "earthshine", light.earthshine, 0.0, 1000.0);
+  bounded(io, "earth_elevation_deg", light.earth_elevation_deg, 0.0, 90.0);
+  bounded(io, "earth_azimuth_deg", light.earth_azimuth_deg, -360.0, 360.0);
 }
 
 template <class Io, class O>
@@ -102,8 +109,18 @@ void camera_fields(Io& io, O& camera) {
   if constexpr (Io::kReads) {
     const std::size_t count = camera.distortion.size();
     if (count != 0 && count != 4 && count != 5)
-      io.fail("distortion", "'distortion' needs k1, k2, p1, p2 and perhaps k3");
+      io.fail("distortion", "'distortion' needs k1, k2, p1, p2 and perhaps k3, of a fisheye k1, k2, k3, k4");
   }
+  enum_field(io, "lens", camera.lens, kLensNames);
+  io.field("bits", camera.bits);
+  if constexpr (Io::kReads) {
+    if (camera.bits != 8 && camera.bits != 10 && camera.bits != 12) io.fail("bits", "'bits' must be 8, 10 or 12");
+  }
+  bounded(io, "exposure_time_s", camera.exposure_time_s, 0.0, 10.0);
+  bounded(io, "readout_time_s", camera.readout_time_s, 0.0, 1.0);
+  bounded(io, "exposure_memory_s", camera.exposure_memory_s, 0.0, 1000.0);
+  bounded(io, "dust_spots", camera.dust_spots, 0, 1000);
+  bounded(io, "flare", camera.flare, 0.0, 100.0);
 }
 
 template <class Io, class O>
@@ -160,6 +177,7 @@ void output_fields(Io& io, O& output) {
   io.field("lidar", output.lidar);
   io.field("imu", output.imu);
   io.field("wheels", output.wheels);
+  io.field("normals", output.normals);
   io.field("images", output.images);
 }
 

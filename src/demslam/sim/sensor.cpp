@@ -90,22 +90,56 @@ struct Electronics {
   explicit Electronics(const CameraOptions& camera)
       : full_well(static_cast<float>(camera.full_well_e)),
         read_noise(static_cast<float>(camera.read_noise_e)),
-        inverse_gamma(static_cast<float>(1.0 / camera.gamma)) {}
+        inverse_gamma(static_cast<float>(1.0 / camera.gamma)),
+        white(static_cast<float>((1 << camera.bits) - 1)) {}
 
-  std::uint8_t grey(float light, std::uint64_t noise_word) const {
+  std::uint16_t grey(float light, std::uint64_t noise_word) const {
     if (full_well > 0.0F) {
       const float electrons = light * full_well;
       light = (electrons + std::sqrt(electrons + read_noise * read_noise) * quick_normal(noise_word)) / full_well;
     }
     const float clipped = std::clamp(light, 0.0F, 1.0F);
     const float encoded = inverse_gamma == 0.5F ? std::sqrt(clipped) : std::pow(clipped, inverse_gamma);
-    return static_cast<std::uint8_t>(255.0F * encoded + 0.5F);
+    return static_cast<std::uint16_t>(white * encoded + 0.5F);
   }
 
-  float full_well, read_noise, inverse_gamma;
+  float full_well, read_noise, inverse_gamma, white;
 };
 
+/// Grains on the window before the lens are far out of focus: soft grey discs of 0.4 to 2 % of the image's width that
+/// take 5 to 35 % of the light.
+void add_dust(std::vector<float>& light, int width, int height, int spots, std::uint64_t window_key) {
+  Random random(window_key, 0x64757374);
+  for (int k = 0; k < spots; ++k) {
+    const double middle_u = random.uniform() * width, middle_v = random.uniform() * height;
+    const double radius = std::max(1.5, width * random.uniform(0.004, 0.02)), loss = random.uniform(0.05, 0.35);
+    const int first_v = std::max(0, static_cast<int>(middle_v - radius)),
+              last_v = std::min(height - 1, static_cast<int>(middle_v + radius));
+    const int first_u = std::max(0, static_cast<int>(middle_u - radius)),
+              last_u = std::min(width - 1, static_cast<int>(middle_u + radius));
+    for (int v = first_v; v <= last_v; ++v) {
+      for (int u = first_u; u <= last_u; ++u) {
+        const double r2 = (std::pow(u - middle_u, 2) + std::pow(v - middle_v, 2)) / (radius * radius);
+        if (r2 < 1.0)
+          light[static_cast<std::size_t>(v) * width + u] *= static_cast<float>(1.0 - loss * (1.0 - r2 * r2));
+      }
+    }
+  }
+}
+
 }  // namespace
+
+Image Levels::upper_byte() const {
+  Image image(width, height);
+  for (std::size_t i = 0; i < values.size(); ++i) image.pixels[i] = static_cast<std::uint8_t>(values[i] >> (bits - 8));
+  return image;
+}
+
+std::vector<std::uint16_t> Levels::aligned() const {
+  std::vector<std::uint16_t> result = values;
+  for (std::uint16_t& value : result) value = static_cast<std::uint16_t>(value << (16 - bits));
+  return result;
+}
 
 double automatic_exposure(const Rendering& rendering) {
   std::vector<float> lit;
@@ -118,19 +152,21 @@ double automatic_exposure(const Rendering& rendering) {
   return 0.8 / *at;
 }
 
-Image develop(const Rendering& rendering, const CameraOptions& camera, double exposure, std::uint64_t noise_key) {
-  const std::vector<float> light = blurred(rendering, camera.blur_px);
+Levels develop(const Rendering& rendering, const CameraOptions& camera, double exposure, std::uint64_t noise_key,
+               std::uint64_t window_key) {
+  std::vector<float> light = blurred(rendering, camera.blur_px);
+  add_dust(light, rendering.width, rendering.height, camera.dust_spots, window_key);
   const Electronics electronics(camera);
   const Vignette vignette(rendering, camera.vignetting);
-  Image image(rendering.width, rendering.height);
+  Levels levels{rendering.width, rendering.height, camera.bits, std::vector<std::uint16_t>(light.size())};
   tbb::parallel_for(0, rendering.height, [&](int v) {
     for (int u = 0; u < rendering.width; ++u) {
       const std::size_t i = static_cast<std::size_t>(v) * rendering.width + u;
       const float exposed = static_cast<float>(exposure) * vignette(u, v) * light[i];
-      image.pixels[i] = electronics.grey(exposed, noise_key + i * 0x9e3779b97f4a7c15ULL);
+      levels.values[i] = electronics.grey(exposed, noise_key + i * 0x9e3779b97f4a7c15ULL);
     }
   });
-  return image;
+  return levels;
 }
 
 }  // namespace demslam

@@ -222,14 +222,14 @@ TEST(Sensor, NoiseIsThatOfTheElectronsAndIsRepeatable) {
   camera.full_well_e = 1000.0;
   camera.read_noise_e = 20.0;
   camera.vignetting = 0.0;
-  const Image image = develop(grey_card(0.05F), camera, 10.0, 99);
+  const Image image = develop(grey_card(0.05F), camera, 10.0, 99).upper_byte();
   double sum = 0.0, squares = 0.0;
   for (const auto pixel : image.pixels) sum += pixel, squares += pixel * pixel;
   const double mean = sum / 4096.0, sigma = std::sqrt(squares / 4096.0 - mean * mean);
   EXPECT_NEAR(mean, 127.5, 0.6);
   EXPECT_NEAR(sigma, 255.0 * std::sqrt(500.0 + 400.0) / 1000.0, 0.4);
-  EXPECT_EQ(image.pixels, develop(grey_card(0.05F), camera, 10.0, 99).pixels);
-  EXPECT_NE(image.pixels, develop(grey_card(0.05F), camera, 10.0, 100).pixels);
+  EXPECT_EQ(image.pixels, develop(grey_card(0.05F), camera, 10.0, 99).upper_byte().pixels);
+  EXPECT_NE(image.pixels, develop(grey_card(0.05F), camera, 10.0, 100).upper_byte().pixels);
 }
 
 TEST(Sensor, BlurKeepsTheLight) {
@@ -240,7 +240,7 @@ TEST(Sensor, BlurKeepsTheLight) {
   camera.gamma = 1.0;
   camera.blur_px = 1.0;
   camera.vignetting = 0.0;
-  const Image image = develop(dot, camera, 1.0, 1);
+  const Image image = develop(dot, camera, 1.0, 1).upper_byte();
   EXPECT_EQ(image.at(32, 32), std::lround(255.0 / (2.0 * 3.14159265)));
   EXPECT_EQ(image.at(33, 32), std::lround(255.0 / (2.0 * 3.14159265) * std::exp(-0.5)));
 }
