@@ -22,10 +22,9 @@ SceneOptions small_scene() {
   return scene;
 }
 
-fs::path simulated(const std::string& name, bool images) {
+fs::path simulated(const std::string& name, bool images, SceneOptions scene = small_scene()) {
   const fs::path folder = fs::path(testing::TempDir()) / name;
   fs::remove_all(folder);
-  SceneOptions scene = small_scene();
   scene.output.images = images;
   simulate(scene, folder);
   return folder;
@@ -48,6 +47,15 @@ TEST(RenderedSequence, GivesTheImagesThatSimulateWritesInAnyOrder) {
   for (const std::size_t index : {3, 0, 4, 3}) expect_same_pair(*written, *rendered, index);
   EXPECT_EQ(written->rig().left.fx, rendered->rig().left.fx);
   EXPECT_TRUE(rendered->dem_file() && rendered->start());
+}
+
+TEST(RenderedSequence, GivesTheUpperByteOfDeeperPixelsAndTheSameExposure) {
+  SceneOptions scene = small_scene();
+  scene.camera.bits = 12;
+  scene.camera.exposure_memory_s = 3.0;
+  const auto written = open_dataset(simulated("rendered_deep_files", true, scene));
+  const auto rendered = open_rendered_dataset(simulated("rendered_deep_stream", false, scene));
+  for (const std::size_t index : {4, 1}) expect_same_pair(*written, *rendered, index);
 }
 
 TEST(RenderedSequence, MayBeReadBySeveralThreads) {
