@@ -99,6 +99,7 @@ void add_run(CLI::App& app) {
   command->add_flag("--overwrite", inputs.overwrite, "start anew in the output folder, whatever it holds");
   command->footer(
       "Examples:\n  demslam run runs/data -o runs/anchored\n  demslam run runs/data -o runs/odometry --odometry-only\n"
+      "  demslam run runs/second -o runs/localised --map runs/anchored\n"
       "An interrupted or killed run goes on at its last keyframe when its command is given again.");
   command->callback([arguments] { run(*arguments); });
 }

@@ -29,7 +29,7 @@ kill_once() {
 done_kills=0 runs=0 differing=0
 while ((done_kills < kills)); do
   rm -rf "$work/killed"
-  while ((done_kills < kills)) && kill_once; do
+  while ((done_kills < kills)) && [ ! -f "$work/killed/summary.json" ] && kill_once; do
     done_kills=$((done_kills + 1))
     [ ! -f "$work/killed/map.db" ] || "$demslam" map check "$work/killed" >"$work/check.txt" 2>&1 || fail check
   done

@@ -128,6 +128,13 @@ std::string stored_records(const MapStore& map) {
   return lines;
 }
 
+void store(FrameRecord& record, Recorder& recorder) {
+  const Stopwatch watch;
+  recorder.add(record);
+  record.store_ms = watch.elapsed_ms();
+  record.total_ms += record.store_ms;
+}
+
 std::size_t next_frame(const MapStore& map, std::size_t first) {
   const std::size_t keyframes = map.keyframe_count();
   return keyframes == 0 ? first : map.keyframe(keyframes - 1).frame + 1;
@@ -176,7 +183,7 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
       const RectifiedFrame frame = prefetch.take();
       FrameRecord record = slam.process(frame.t_ns, frame.left, frame.right);
       record.index = index;
-      recorder.add(record);
+      store(record, recorder);
       folder.append(record);
       progress.report(index + 1 - inputs.first_frame, report.frames_asked);
       report.interrupted = progress.stop_requested() && index + 1 < end;
