@@ -173,6 +173,20 @@ Clipmap::Shade Clipmap::shade(int index, float x, float y) const {
           bilinear(node, stride, [&](std::size_t k) { return level.shades[k].albedo; })};
 }
 
+Clipmap::Ground Clipmap::ground(float x, float y) const {
+  for (const Level& level : levels_) {
+    const auto per_step = static_cast<float>(1.0 / level.step_m), last = static_cast<float>(cells_);
+    const float east = (x - level.vertices.front().x) * per_step, north = (y - level.vertices.front().y) * per_step;
+    if (east < 0.0F || north < 0.0F || east > last || north > last) continue;
+    const Node node = node_at(cells_, east, north);
+    const auto between = [&](const auto& get) { return bilinear(node, cells_ + 1, get); };
+    return {between([&](std::size_t k) { return level.vertices[k].z; }),
+            between([&](std::size_t k) { return level.shades[k].slope_x; }),
+            between([&](std::size_t k) { return level.shades[k].slope_y; })};
+  }
+  return {};
+}
+
 double Clipmap::shown_height(const Eigen::Vector2d& position) const {
   for (const Level& level : levels_) {
     const double east = position.x() / level.step_m - level.first_x,

@@ -55,6 +55,11 @@ class Clipmap {
   std::uint64_t revision(std::size_t first) const;
   /// Slope and albedo between the nodes of a level at a position relative to origin().
   Shade shade(int level, float x, float y) const;
+  /// The surface as it is shown, at a position relative to origin(): of the innermost level that covers it.
+  struct Ground {
+    float height, slope_x, slope_y;
+  };
+  Ground ground(float x, float y) const;
   /// Height (map z) of the surface as it is shown: the innermost level that covers the position.
   double shown_height(const Eigen::Vector2d& position) const;
 

@@ -16,6 +16,7 @@ using Eigen::Vector3f;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kSunRays = 4;  // over the sun's disc, where a packet lies on the edge of a shadow
 constexpr float kReliefViewFactor = 0.02F;
+constexpr float kBefore = 2.0F;  // metres before a slope lies the ground that lights it
 
 constexpr double kFullEarth = 0.367 * (6371.0 / 384400.0) * (6371.0 / 384400.0);
 
@@ -25,14 +26,6 @@ Vector3f direction_to(double elevation_deg, double azimuth_deg) {
   return Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
                          std::sin(elevation))
       .cast<float>();
-}
-
-/// Casts shadow rays; those that are blocked come back with a negative length.
-void cast_shadows(RTCScene scene, const int* valid, RTCRay16& rays) {
-  RTCOccludedArguments arguments;
-  rtcInitOccludedArguments(&arguments);
-  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  rtcOccluded16(valid, scene, &rays, &arguments);
 }
 
 constexpr int kTurns = 256;
@@ -96,6 +89,13 @@ void set_ray(RTCRay16& rays, int i, const Vector3f& origin, const Vector3f& dire
   rays.flags[i] = 0;
 }
 
+void cast_shadows(RTCScene scene, const int* valid, RTCRay16& rays) {
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcOccluded16(valid, scene, &rays, &arguments);
+}
+
 Illumination::Illumination(const LightOptions& light)
     : reflectance_(light.photometry, light.albedo, light.soil),
       sun_(direction_to(light.sun_elevation_deg, light.sun_azimuth_deg)),
@@ -111,8 +111,12 @@ Illumination::Illumination(const LightOptions& light)
 void Illumination::light(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, const Vector3f& lamp,
                          float* radiance) const {
   for (int i = 0; i < kPacket; ++i) {
-    const float view_factor = valid[i] != 0 ? 0.5F * (1.0F - hits.normal.z[i]) + kReliefViewFactor : 0.0F;
-    radiance[i] = view_factor > 0.0F ? fill_ * view_factor * hits.albedo[i] : 0.0F;
+    radiance[i] = 0.0F;
+    if (valid[i] == 0 || fill_ <= 0.0F) continue;
+    const float view_factor = 0.5F * (1.0F - hits.normal.z[i]) + kReliefViewFactor;
+    const float brightness =
+        ground_.at(hits.position.x[i] + kBefore * hits.normal.x[i], hits.position.y[i] + kBefore * hits.normal.y[i]);
+    radiance[i] = fill_ * view_factor * brightness * hits.albedo[i];
   }
   sunlight(scene, valid, hits, key, radiance);
   if (earthshine_ > 0.0F) earthlight(scene, valid, hits, radiance);

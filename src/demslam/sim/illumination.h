@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
+#include "demslam/sim/lit_ground.h"
 #include "demslam/sim/photometry.h"
 #include "demslam/sim/ray_packet.h"
 #include "demslam/sim/scene.h"
@@ -15,14 +16,20 @@ namespace demslam {
 void set_ray(RTCRay16& rays, int i, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float near,
              float far);
 
+/// Casts shadow rays; those that are blocked come back with a negative length.
+void cast_shadows(RTCScene scene, const int* valid, RTCRay16& rays);
+
 /// The light of a scene: the sun as a disc, what the sunlit ground gives back, a headlamp, and the Earth as a point. A
 /// full Earth of geometric albedo 0.367 gives 0.367 (6371 km / 384400 km)^2 = 1.0e-4 of the sun's irradiance. The
-/// ground's light is that of an endless plain, with the view factor (1 - n_z) / 2, and of the relief around, with 0.02;
-/// nothing shadows it.
+/// ground's light is that of an endless plain, with the view factor (1 - n_z) / 2, and of the relief around, with 0.02,
+/// both as bright as LitGround says of the place two metres before the surface: a slope that faces shadowed ground gets
+/// little.
 class Illumination {
  public:
   explicit Illumination(const LightOptions& light);
 
+  /// To be called when the surroundings have changed.
+  void look_around(const Clipmap& clipmap, RTCScene scene) { ground_.build(clipmap, scene, sun_); }
   /// Radiance (I/F) towards the eye of the hits whose `valid` is not zero. `key` differs from packet to packet; the
   /// lamp stands at `lamp` relative to the scene's origin.
   void light(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, const Eigen::Vector3f& lamp,
@@ -39,6 +46,7 @@ class Illumination {
   bool penumbra_shows(RTCScene scene, const int* shadowed, const Hits& hits) const;
 
   Reflectance reflectance_;
+  LitGround ground_;
   Eigen::Vector3f sun_, sun_right_, sun_up_;  ///< direction to the sun, and its disc's radius vectors
   float disc_;                                ///< width of the sun's disc, radians
   float fill_, lamp_;

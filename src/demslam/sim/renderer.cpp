@@ -187,6 +187,7 @@ void Renderer::centre_on(const Eigen::Vector2d& position) {
   world.rocks = world.field.around(world.clipmap.centre(), kRockReach * world.clipmap.cells() / 512.0);
   world.rocks.insert(world.rocks.end(), world.placed.begin(), world.placed.end());
   world.rays.build(world.clipmap, world.rocks);
+  world.illumination.look_around(world.clipmap, world.rays.handle());
   world.stale = false;
 }
 

@@ -178,6 +178,19 @@ TEST(Illumination, GroundLightsAVerticalFaceByHalfItsRadiance) {
   EXPECT_NEAR(middle, 0.5 * 0.5 * std::sin(30.0 * kRadPerDeg) * (0.5 + 0.02), 2e-3);
 }
 
+TEST(Illumination, ShadowedGroundLightsNothing) {
+  SceneOptions scene = closed_form_scene();
+  scene.light.fill = 1.0;
+  Studio studio(scene);
+  studio.renderer.place(sphere({3.0, 0.0, 8.0}, 2.0));  // as above, its western side seen
+  // The shadow of a large sphere in the East covers the ground from which the light came.
+  const double height = 15.0;
+  studio.renderer.place(sphere({height / std::tan(30.0 * kRadPerDeg), 0.0, 3.0 + height}, 20.0));
+  studio.renderer.centre_on({0.0, 0.0});
+  const Rendering image = studio.look(Pose(R_body_camera_level(), Eigen::Vector3d(0.0, 0.0, 8.0)));
+  EXPECT_LT(image.radiance[pixel_of(image, 64, 64)], 1e-3);
+}
+
 TEST(Illumination, LampFallsOffWithTheSquareOfTheDistance) {
   SceneOptions scene = closed_form_scene();
   scene.light.lamp = 10.0;
