@@ -8,6 +8,7 @@
 
 #include "commands.h"
 #include "demslam/base/error.h"
+#include "demslam/slam/summary.h"
 #include "demslam/store/map_check.h"
 #include "demslam/store/map_export.h"
 #include "demslam/store/map_info.h"
@@ -17,9 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-/// A run folder stands for its map.
-fs::path map_of(const fs::path& path) { return fs::is_directory(path) ? path / "map.db" : path; }
 
 void write_json(const fs::path& file, const Json& json) {
   std::ofstream stream(file);
@@ -77,7 +75,7 @@ void add_info(CLI::App& map) {
   command->add_option("map", *file, "map.db, or the run folder it lies in")->required();
   command->add_option("--json", *json, "also write the figures as JSON");
   command->footer("Example:\n  demslam map info runs/anchored");
-  command->callback([=] { info(map_of(*file), *json); });
+  command->callback([=] { info(map_file(*file), *json); });
 }
 
 void add_check(CLI::App& map) {
@@ -87,7 +85,7 @@ void add_check(CLI::App& map) {
   command->add_option("map", *file, "map.db, or the run folder it lies in")->required();
   command->add_option("--json", *json, "also write the findings as JSON");
   command->footer("Example:\n  demslam map check runs/anchored");
-  command->callback([=] { check(map_of(*file), *json); });
+  command->callback([=] { check(map_file(*file), *json); });
 }
 
 void add_export(CLI::App& map) {
@@ -98,7 +96,7 @@ void add_export(CLI::App& map) {
   command->add_option("-o,--output", *output, "folder to write")->required();
   command->footer("Example:\n  demslam map export runs/anchored -o exported");
   command->callback([=] {
-    for (const fs::path& written : export_map(map_of(*file), *output)) fmt::print("{}: written\n", written.string());
+    for (const fs::path& written : export_map(map_file(*file), *output)) fmt::print("{}: written\n", written.string());
   });
 }
 
