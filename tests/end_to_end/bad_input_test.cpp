@@ -29,6 +29,10 @@ class BadInput : public testing::Test {
   Outcome run(const std::string& more = "") {
     return run_program("run '" + dataset_.string() + "' -o '" + (folder_ / "run").string() + "' " + more, folder_);
   }
+  Outcome simulate() {
+    return run_program("simulate '" + (folder_ / "s.toml").string() + "' -o '" + (folder_ / "out").string() + "'",
+                       folder_);
+  }
   /// The n-th image of a camera, in time order.
   fs::path image(const std::string& camera, std::size_t n) const {
     std::vector<fs::path> files;
@@ -141,11 +145,36 @@ TEST_F(BadInput, AFinishedRunIsNotOverwritten) {
   EXPECT_EQ(read_text(folder_ / "run" / "trajectory.tum"), before);
 }
 
+TEST_F(BadInput, ASunBelowTheHorizonIsNamedWithItsLine) {
+  write_text(folder_ / "s.toml", "[light]\nsun_elevation_deg = -1.0\n");
+  expect_error(simulate(), "s.toml:2: 'sun_elevation_deg': the sun is below the horizon");
+}
+
+TEST_F(BadInput, ARouteThatLeavesTheTerrainIsNamedWithThePlace) {
+  write_text(folder_ / "s.toml", "[terrain]\nsize_m = 40.0\n[rover]\nlength_m = 30.0\n");
+  expect_error(simulate(), "the route leaves the terrain at map x = ");
+}
+
+TEST_F(BadInput, ARouteThroughAHoleIsNamedWithThePlace) {
+  std::string text = "ncols 40\nnrows 40\nxllcorner -20\nyllcorner -20\ncellsize 1\nNODATA_value -99999\n";
+  for (int row = 0; row < 40; ++row) {
+    for (int col = 0; col < 40; ++col) text += col == 30 ? "-99999 " : "0 ";
+    text += "\n";
+  }
+  write_text(folder_ / "hole.asc", text);
+  write_text(folder_ / "s.toml", "[terrain]\ndem = \"hole.asc\"\n[rover]\nlength_m = 15.0\n");
+  expect_error(simulate(), "the route crosses a hole (no data) of the DEM at map x = ");
+}
+
+TEST_F(BadInput, ARenderedDatasetWhoseTerrainIsGoneIsNamed) {
+  fs::remove_all(dataset_ / "image0");
+  write_text(dataset_ / "scene.toml", "[terrain]\ndem = \"gone.tif\"\n");
+  expect_error(run(), "gone.tif");
+}
+
 TEST_F(BadInput, ASceneWithATypoIsNamedWithItsLine) {
   write_text(folder_ / "s.toml", "seed = 1\n[light]\nsun_elevaton_deg = 3.0\n");
-  expect_error(
-      run_program("simulate '" + (folder_ / "s.toml").string() + "' -o '" + (folder_ / "out").string() + "'", folder_),
-      "s.toml:3: unknown key 'light.sun_elevaton_deg'");
+  expect_error(simulate(), "s.toml:3: unknown key 'light.sun_elevaton_deg'");
 }
 
 }  // namespace
