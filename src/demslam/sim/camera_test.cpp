@@ -183,8 +183,8 @@ TEST(Flare, VeilFallsWithTheAngleAndNeedsTheSun) {
   EXPECT_EQ(dark.radiance, image.radiance);
   add_sun(image, camera, light, {{20.0, 20.0}, 0.3, 0.5}, 2.0);
   const double angle_deg = 30.0 / 64.0 / kRadPerDeg;
-  EXPECT_NEAR(image.radiance[pixel_of(image, 20, 50)], 2.0 * std::numbers::pi * 0.5 / (angle_deg * angle_deg + 1.0),
-              1e-5);
+  EXPECT_NEAR(image.radiance[pixel_of(image, 20, 50)],
+              0.3 * 2.0 * std::numbers::pi * 0.5 / (angle_deg * angle_deg + 1.0), 1e-5);
   // One of the ghosts lies across the image's middle.
   EXPECT_GT(image.radiance[pixel_of(image, 98, 98)], image.radiance[pixel_of(image, 98, 90)] + 0.005F);
 }

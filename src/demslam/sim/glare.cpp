@@ -57,7 +57,7 @@ std::array<Spot, 4> ghosts(const Camera& camera, const SunInView& sun, double fl
 
 void add_flare(Rendering& rendering, const Camera& camera, const SunInView& sun, double flare) {
   const std::array<Spot, 4> spots = ghosts(camera, sun, flare);
-  const double veil = flare * std::numbers::pi * sun.seen, deg_per_px = 1.0 / (kRadPerDeg * camera.fx);
+  const double veil = 0.3 * flare * std::numbers::pi * sun.seen, deg_per_px = 1.0 / (kRadPerDeg * camera.fx);
   tbb::parallel_for(0, rendering.height, [&](int v) {
     for (int u = 0; u < rendering.width; ++u) {
       const double angle_deg = deg_per_px * std::hypot(u - sun.pixel.x(), v - sun.pixel.y());
