@@ -101,11 +101,26 @@ std::vector<std::size_t> LoopClosure::candidates(const PoseGraph& graph) {
   return chosen;
 }
 
-LoopResult LoopClosure::attempt(const PoseGraph& graph, std::size_t i, std::size_t j) const {
-  const Pose T_left_body = T_body_left_.inverse();
-  const Pose guess = T_left_body * graph.T_map_body(i).inverse() * graph.T_map_body(j) * T_body_left_;
-  const Motion motion = verify_(i, j, guess);
-  LoopResult result{.measurement = {.i = i, .j = j}, .inliers = motion.inliers};
+LoopResult LoopClosure::attempt(const PoseGraph& graph, std::size_t i) {
+  const std::size_t newest = graph.size() - 1;
+  const Pose T_i_j = graph.T_map_body(i).inverse() * graph.T_map_body(newest);
+  return consider(graph, i, verify_(i, newest, T_body_left_.inverse() * T_i_j * T_body_left_));
+}
+
+LoopResult LoopClosure::consider(const PoseGraph& graph, std::size_t i, const Motion& motion) {
+  const LoopResult result = measured(graph, i, motion);
+  ++counters_.proposed;
+  counters_.verified += result.status != LoopStatus::not_matched;
+  counters_.rejected += result.status == LoopStatus::inconsistent;
+  if (result.status == LoopStatus::unconfirmed) {
+    waiting_.push_back(candidates_.size());
+    candidates_.push_back({result, result.chi_square <= options_.gate, std::nullopt});
+  }
+  return result;
+}
+
+LoopResult LoopClosure::measured(const PoseGraph& graph, std::size_t i, const Motion& motion) const {
+  LoopResult result{.measurement = {.i = i, .j = graph.size() - 1}, .inliers = motion.inliers};
   if (!motion.ok) {
     result.reason = motion.reason;
     return result;
@@ -115,7 +130,7 @@ LoopResult LoopClosure::attempt(const PoseGraph& graph, std::size_t i, std::size
     return result;
   }
   const Matrix6d A = T_body_left_.adjoint();
-  result.measurement.T_i_j = T_body_left_ * motion.T_a_b * T_left_body;
+  result.measurement.T_i_j = T_body_left_ * motion.T_a_b * T_body_left_.inverse();
   result.measurement.covariance = A * motion.covariance * A.transpose() + floor_covariance(options_);
   judge(graph, result);
   return result;
@@ -136,17 +151,7 @@ std::vector<LoopResult> LoopClosure::close(PoseGraph& graph) {
   if (graph.size() < 2) return results;
   if (reviewed_ != graph.batches()) results = review(graph);
   reviewed_ = graph.batches();
-  for (const std::size_t i : candidates(graph)) {
-    LoopResult result = attempt(graph, i, graph.size() - 1);
-    ++counters_.proposed;
-    counters_.verified += result.status != LoopStatus::not_matched;
-    counters_.rejected += result.status == LoopStatus::inconsistent;
-    if (result.status == LoopStatus::unconfirmed) {
-      waiting_.push_back(candidates_.size());
-      candidates_.push_back({result, result.chi_square <= options_.gate, std::nullopt});
-    }
-    results.push_back(std::move(result));
-  }
+  for (const std::size_t i : candidates(graph)) results.push_back(attempt(graph, i));
   std::vector<LoopResult> changed;
   confirm(graph, changed);
   expire(graph, changed);

@@ -80,7 +80,9 @@ class LoopClosure {
   /// Tries to close loops at the newest keyframe. Returns what was tried now, and earlier loops whose status changed
   /// since the last call.
   std::vector<LoopResult> close(PoseGraph& graph);
-  /// Only the second part, for the end of a run.
+  /// What the images say of an old keyframe and the newest one, from whatever source; decided on by the next close().
+  LoopResult consider(const PoseGraph& graph, std::size_t i, const Motion& motion);
+  /// Only the second part of close(), for the end of a run.
   std::vector<LoopResult> review(const PoseGraph& graph);
   const LoopCounters& counters() const { return counters_; }
 
@@ -96,7 +98,8 @@ class LoopClosure {
   void index_until(const PoseGraph& graph, std::size_t end);
   std::vector<std::size_t> near(const PoseGraph& graph);
   std::vector<std::size_t> candidates(const PoseGraph& graph);
-  LoopResult attempt(const PoseGraph& graph, std::size_t i, std::size_t j) const;
+  LoopResult attempt(const PoseGraph& graph, std::size_t i);
+  LoopResult measured(const PoseGraph& graph, std::size_t i, const Motion& motion) const;
   void judge(const PoseGraph& graph, LoopResult& result) const;
   bool agree(const PoseGraph& graph, std::size_t a, std::size_t b) const;
   Group agreeing(const PoseGraph& graph, std::size_t candidate) const;
