@@ -8,6 +8,7 @@ namespace demslam::apps {
 // Each adds one sub-command: it parses, calls one function of the library, prints.
 void add_simulate(CLI::App& app);
 void add_run(CLI::App& app);
+void add_replay(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_dem(CLI::App& app);
 void add_map(CLI::App& app);

@@ -50,6 +50,7 @@ int run(int argc, char** argv) {
       "  demslam evaluate runs/anchored");
   add_simulate(app);
   add_run(app);
+  add_replay(app);
   add_evaluate(app);
   add_dem(app);
   add_map(app);

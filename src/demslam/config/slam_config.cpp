@@ -28,6 +28,7 @@ void motion_fields(Io& io, O& o) {
   io.field("ransac_threshold_px", o.ransac_threshold_px);
   io.field("ransac_iterations", o.ransac_iterations);
   io.field("min_inliers", o.min_inliers);
+  io.field("min_inlier_ratio", o.min_inlier_ratio);
   io.field("pixel_sigma_px", o.pixel_sigma_px);
   io.field("disparity_sigma_px", o.disparity_sigma_px);
   io.field("seed", o.seed);

@@ -119,6 +119,8 @@ struct StereoOdometry::State {
   bool track(OdometryResult& result);
   bool track_against(const View& view, OdometryResult& result);
   Motion search_near(const View& view, const Pose& guess, const Motion& failed) const;
+  std::string refusal(const Motion& motion) const;
+  void tie_to_keyframe(OdometryResult& result) const;
   bool is_jump(const View& view, const Pose& T_view_left, TimestampNs t_ns) const;
   Pose predict(const View& view, TimestampNs t_ns) const;
   void accept(const OdometryResult& result);
@@ -156,15 +158,16 @@ void StereoOdometry::State::look(const Image& left, const Image& right, Odometry
   result.stereo_points = static_cast<int>(std::ranges::count_if(seen.disparity_px, [](float d) { return d > 0; }));
 }
 
-/// Tries what the frame may still share a view with, the best reference first.
+/// Tries what the frame may still share a view with: what was seen before a loss; the last frame, which is nearest; the
+/// keyframe.
 bool StereoOdometry::State::track(OdometryResult& result) {
   std::vector<View> views;
   if (before_loss) {
     views.push_back(view_of(before_loss->keyframe));
     views.push_back(before_loss->last);
   }
-  views.push_back(view_of(keyframe));
   if (last.keyframe == keyframe.index && last.t_ns > keyframe.t_ns) views.push_back(last);
+  views.push_back(view_of(keyframe));
   return std::ranges::any_of(views, [&](const View& view) { return track_against(view, result); });
 }
 
@@ -172,13 +175,13 @@ bool StereoOdometry::State::track_against(const View& view, OdometryResult& resu
   const Pose guess = predict(view, result.t_ns);
   Motion motion =
       estimate_motion(rig, *view.view.features, *current.features, *frontend.matcher, options.motion, &guess);
-  if (!motion.ok) motion = search_near(view, guess, motion);
+  if (!refusal(motion).empty()) motion = search_near(view, guess, motion);
   if (motion.ok) motion = refine_directly(rig, view.view, current, motion, options.motion);
   result.matches = motion.matches;
   result.inliers = motion.inliers;
   result.rms_px = motion.rms_px;
-  result.reason = motion.reason;
-  if (!motion.ok) return false;
+  result.reason = refusal(motion);
+  if (!result.reason.empty()) return false;
   if (is_jump(view, motion.T_a_b, result.t_ns)) {
     result.reason = "jump";
     return false;
@@ -187,6 +190,7 @@ bool StereoOdometry::State::track_against(const View& view, OdometryResult& resu
   result.reference_keyframe = view.keyframe;
   result.T_reference_left = view.T_keyframe_left * motion.T_a_b;
   result.covariance = compose_covariance(view.covariance, motion.T_a_b, motion.covariance);
+  if (view.keyframe == keyframe.index && view.t_ns > keyframe.t_ns) tie_to_keyframe(result);
   return true;
 }
 
@@ -196,9 +200,36 @@ Motion StereoOdometry::State::search_near(const View& view, const Pose& guess, c
     const auto matches =
         match_near(rig, *view.view.features, *current.features, guess, search.radius * rig.width, search.ratio);
     const Motion motion = estimate_motion(rig, matches, options.motion, &guess);
-    if (motion.ok) return motion;
+    if (refusal(motion).empty()) return motion;
   }
   return failed;
+}
+
+/// Why a motion is not to be trusted; empty when it is. Where the matches are right nearly all agree; a consensus of few
+/// among many is an accident of the search.
+std::string StereoOdometry::State::refusal(const Motion& motion) const {
+  if (!motion.ok) return motion.reason;
+  if (motion.inliers >= options.motion.min_inlier_ratio * motion.matches) return {};
+  return "too few of the matches agree (" + std::to_string(motion.inliers) + " of " + std::to_string(motion.matches) +
+         ")";
+}
+
+/// A pose found from the last frame says well enough where the keyframe's patches are: seen directly from the keyframe,
+/// errors do not add up from frame to frame. Where too little of the keyframe is still in sight, the pose stays as it is
+/// and the few inliers call for a new keyframe.
+void StereoOdometry::State::tie_to_keyframe(OdometryResult& result) const {
+  const Motion guess{.ok = true,
+                     .T_a_b = result.T_reference_left,
+                     .covariance = result.covariance,
+                     .inliers = options.motion.min_inliers};
+  const Motion tied = refine_directly(rig, keyframe.view, current, guess, options.motion);
+  const bool found = tied.matches > 0 && refusal(tied).empty();
+  result.inliers = found ? tied.inliers : 0;
+  if (!found) return;
+  result.matches = tied.matches;
+  result.rms_px = tied.rms_px;
+  result.T_reference_left = tied.T_a_b;
+  result.covariance = tied.covariance;
 }
 
 /// Faster than the rover can be: since the last tracked frame, or since the view where that is from elsewhere.

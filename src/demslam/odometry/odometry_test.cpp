@@ -83,6 +83,14 @@ TEST(StereoOdometry, FollowsABendToHalfAPerCent) {
   EXPECT_LT(drive.position_error(), 0.005 * 1.5);
 }
 
+TEST(StereoOdometry, FollowsStepsOfSeventyCentimetres) {
+  Drive drive;
+  for (int frame = 0; frame <= 96; frame += 12) {
+    EXPECT_NE(drive.feed(frame).status, Tracking::bridged) << frame << ": " << drive.results().back().reason;
+  }
+  EXPECT_LT(drive.position_error(), 0.01 * 0.06 * 96);
+}
+
 TEST(StereoOdometry, ErrorsFitTheClaimedCovariance) {
   Drive drive;
   for (int i = 0; i < 8; ++i) drive.feed(i);

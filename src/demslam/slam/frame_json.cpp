@@ -25,12 +25,6 @@ std::string to_string(LoopStatus status) {
       return "not matched";
     case LoopStatus::inconsistent:
       return "inconsistent";
-    case LoopStatus::unconfirmed:
-      return "unconfirmed";
-    case LoopStatus::rejected:
-      return "rejected";
-    case LoopStatus::switched_off:
-      return "switched off";
   }
   return "";
 }

@@ -21,28 +21,17 @@ StoredFactor stored(const LoopResult& loop) {
   return {FactorKind::loop, loop.measurement, to_string(loop.status), loop.chi_square, loop.inliers};
 }
 
-/// What Backend::repeat() needs of a keyframe.
-struct Repetition {
-  OdometryResult odometry;
-  std::vector<Motion> verified;
-
-  template <class Archive>
-  friend void archive(Archive& io, Repetition& r) {
-    io(r.odometry, r.verified);
-  }
-};
-
 std::string payload_of(const FrameRecord& record) {
   ArchiveWriter io;
-  io(Repetition{record.odometry, record.keyframe->verified});
+  io(record.odometry, record.keyframe->verified);
   return io.take();
 }
 
-Repetition repetition_of(const StoredKeyframe& keyframe) {
-  Repetition repetition;
+RecordedKeyframe recorded(const StoredKeyframe& keyframe) {
+  RecordedKeyframe result;
   ArchiveReader io(keyframe.payload);
-  io(repetition);
-  return repetition;
+  io(result.odometry, result.verified);
+  return result;
 }
 
 Tracking tracking_of(const std::string& status) {
@@ -75,10 +64,6 @@ void check_same_images(const StereoFeatures& seen, const StereoFeatures& stored)
 
 Recorder::Recorder(MapStore& map, Slam& slam) : map_(map), slam_(slam) {
   for (std::size_t k = 0; k < slam.backend().keyframes(); ++k) written_.push_back(slam.backend().T_map_keyframe(k));
-  for (const StoredFactor& factor : map.factors()) {
-    if (factor.kind == FactorKind::loop) loop_factors_[{factor.measurement.i, factor.measurement.j}] = factors_;
-    ++factors_;
-  }
 }
 
 /// Compared with what is written, so that it does not matter who moved them.
@@ -92,18 +77,6 @@ std::vector<std::pair<std::size_t, Pose>> Recorder::moved_keyframes() {
     written_[k] = now;
   }
   return moved;
-}
-
-/// A loop of this keyframe, or a change of mind about an earlier one.
-void Recorder::store_loop(const LoopResult& loop, std::size_t keyframe, KeyframeEntry& entry) {
-  const std::pair between{loop.measurement.i, loop.measurement.j};
-  const auto known = loop_factors_.find(between);
-  if (loop.measurement.j == keyframe || known == loop_factors_.end()) {
-    loop_factors_[between] = factors_ + entry.factors.size();
-    entry.factors.push_back(stored(loop));
-  } else {
-    entry.factor_statuses.push_back({known->second, to_string(loop.status)});
-  }
 }
 
 void Recorder::add(const FrameRecord& record) {
@@ -120,8 +93,7 @@ void Recorder::add(const FrameRecord& record) {
   if (record.keyframe->odometry) {
     entry.factors.push_back({.measurement = *record.keyframe->odometry, .inliers = record.odometry.inliers});
   }
-  for (const LoopResult& loop : record.keyframe->loops) store_loop(loop, k, entry);
-  factors_ += entry.factors.size();
+  for (const LoopResult& loop : record.keyframe->loops) entry.factors.push_back(stored(loop));
   if (record.optimized) entry.T_map_body = moved_keyframes();
   map_.append(entry);
   frames_.clear();
@@ -138,20 +110,30 @@ void Recorder::finish(const SlamResult& result) {
   map_.set_final_estimates(estimates);
 }
 
-void resume(Slam& slam, MapStore& map, const PairSource& pair_at) {
-  map.rewind();
+void for_each_recorded_frame(const MapStore& map, const FrameVisitor& visit_frame, const KeyframeVisitor& visit_keyframe) {
   const std::size_t keyframes = map.keyframe_count();
   if (keyframes == 0) return;
   StoredKeyframe keyframe = map.keyframe(0);
   map.for_each_frame([&](const StoredFrame& frame) {
     if (frame.index != keyframe.frame) {
-      slam.backend().repeat({frame.t_ns, frame.keyframe, frame.T_keyframe_body}, tracking_of(frame.status));
+      visit_frame(frame, {frame.t_ns, frame.keyframe, frame.T_keyframe_body}, tracking_of(frame.status));
       return;
     }
-    Repetition repetition = repetition_of(keyframe);
-    slam.backend().repeat(repetition.odometry, std::move(repetition.verified));
+    visit_keyframe(frame, recorded(keyframe));
     if (keyframe.index + 1 < keyframes) keyframe = map.keyframe(keyframe.index + 1);
   });
+}
+
+void resume(Slam& slam, MapStore& map, const PairSource& pair_at) {
+  map.rewind();
+  const std::size_t keyframes = map.keyframe_count();
+  if (keyframes == 0) return;
+  Backend& backend = slam.backend();
+  for_each_recorded_frame(
+      map, [&](const StoredFrame&, const FramePlace& place, Tracking status) { backend.repeat(place, status); },
+      [&](const StoredFrame&, RecordedKeyframe keyframe) {
+        backend.repeat(keyframe.odometry, std::move(keyframe.verified));
+      });
   check_same_estimates(slam.backend(), map);
   slam.odometry().restore(map.checkpoint(), pair_at);
   check_same_images(*slam.odometry().keyframe_features(), *map.features(keyframes - 1));

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <map>
+#include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "demslam/slam/slam.h"
@@ -24,15 +23,24 @@ class Recorder {
 
  private:
   std::vector<std::pair<std::size_t, Pose>> moved_keyframes();
-  void store_loop(const LoopResult& loop, std::size_t keyframe, KeyframeEntry& entry);
 
   MapStore& map_;
   Slam& slam_;
   std::vector<StoredFrame> frames_;  ///< since the last keyframe
   std::vector<Pose> written_;        ///< T_map_body as it stands in the map
-  std::size_t factors_ = 0;          ///< in the map
-  std::map<std::pair<std::size_t, std::size_t>, std::size_t> loop_factors_;  ///< by the loop's keyframes
 };
+
+/// What a map holds of a keyframe: what the odometry said, and what the images said of loops.
+struct RecordedKeyframe {
+  OdometryResult odometry;
+  std::vector<Motion> verified;
+};
+
+using FrameVisitor = std::function<void(const StoredFrame&, const FramePlace&, Tracking)>;
+using KeyframeVisitor = std::function<void(const StoredFrame&, RecordedKeyframe)>;
+/// Every frame that a map holds, in turn.
+void for_each_recorded_frame(const MapStore& map, const FrameVisitor& visit_frame,
+                             const KeyframeVisitor& visit_keyframe);
 
 /// Repeats what a map holds of an earlier part of the run, up to its last keyframe, so that `slam` goes on exactly as
 /// it would have. `pair_at` gives the few images that the odometry still looks at. Drops what the map holds beyond that

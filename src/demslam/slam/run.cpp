@@ -69,12 +69,6 @@ StartPose chosen_start(const RunInputs& inputs, const StereoSequence& sequence, 
   return {};
 }
 
-StartPrior prior_of(const StartPose& start) {
-  Vector6d sigma;
-  sigma << Eigen::Vector3d::Constant(start.sigma_rotation_rad), Eigen::Vector3d::Constant(start.sigma_position_m);
-  return {start.T_map_body, sigma.cwiseAbs2().asDiagonal()};
-}
-
 std::size_t last_frame(const RunInputs& inputs, const StereoSequence& sequence) {
   if (inputs.first_frame >= sequence.size()) {
     throw Error(inputs.dataset.string() + ": has " + std::to_string(sequence.size()) +
@@ -141,6 +135,12 @@ std::size_t next_frame(const MapStore& map, std::size_t first) {
 }
 
 }  // namespace
+
+StartPrior prior_of(const StartPose& start) {
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(start.sigma_rotation_rad), Eigen::Vector3d::Constant(start.sigma_position_m);
+  return {start.T_map_body, sigma.cwiseAbs2().asDiagonal()};
+}
 
 RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Progress& progress) {
   const Stopwatch stopwatch;

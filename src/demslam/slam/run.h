@@ -38,6 +38,9 @@ struct RunReport {
   double seconds = 0.0;
 };
 
+/// The start as the graph takes it.
+StartPrior prior_of(const StartPose& start);
+
 /// Opens the dataset and the DEM, runs the SLAM over every frame and writes the run folder. Where the folder holds an
 /// interrupted run of the same inputs and options, that one goes on after its last keyframe and ends as if it had never
 /// stopped. Throws Error.

@@ -109,6 +109,13 @@ std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence,
   return json.dump();
 }
 
+std::string with_dem(const std::string& inputs_text, const std::optional<fs::path>& dem) {
+  Json inputs = Json::parse(inputs_text);
+  inputs.erase("dem");
+  if (dem) inputs["dem"] = file_json(*dem);
+  return inputs.dump();
+}
+
 std::string summary_text(const RunInputs& inputs, const std::string& inputs_text, const RunReport& report) {
   Json what = Json::parse(inputs_text);
   const Json models = what["models"];

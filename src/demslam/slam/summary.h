@@ -22,6 +22,9 @@ SensorFiles sensor_files(const RunInputs& inputs, const StereoSequence& sequence
 std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence,
                         const std::optional<std::filesystem::path>& dem, const SlamOptions& options);
 
+/// The same inputs with another DEM, or none.
+std::string with_dem(const std::string& inputs_text, const std::optional<std::filesystem::path>& dem);
+
 /// The text of summary.json.
 std::string summary_text(const RunInputs& inputs, const std::string& inputs_text, const RunReport& report);
 

@@ -1,0 +1,157 @@
+#include "demslam/experiment/published.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+namespace demslam {
+namespace {
+
+namespace fs = std::filesystem;
+
+SlamOptions odometry_options() {
+  SlamOptions options;
+  options.use_dem = false;
+  options.use_loops = false;
+  return options;
+}
+
+/// Height with its vertical Jacobian and surface normal, as published.
+SlamOptions published_options() {
+  SlamOptions options;
+  options.graph.systematic.enabled = false;
+  options.anchoring.patches = false;
+  options.anchoring.height = options.anchoring.normal = true;
+  options.anchoring.full_gradient = false;
+  options.anchoring.filter_dem = false;
+  return options;
+}
+
+SlamOptions full_gradient_options() {
+  SlamOptions options = published_options();
+  options.anchoring.full_gradient = true;
+  return options;
+}
+
+SlamOptions without_loops(SlamOptions options) {
+  options.use_loops = false;
+  return options;
+}
+
+SlamOptions loops_only() {
+  SlamOptions options = odometry_options();
+  options.use_loops = true;
+  return options;
+}
+
+std::vector<StudyVariant> usual_variants() {
+  return {{"odometry", odometry_options()}, {"published", published_options()}, {"demslam", SlamOptions{}}};
+}
+
+std::vector<std::uint64_t> seeds_of(const ExperimentExtent& extent) {
+  std::vector<std::uint64_t> seeds;
+  for (int seed = 1; seed <= extent.seeds; ++seed) seeds.push_back(static_cast<std::uint64_t>(seed));
+  return seeds;
+}
+
+/// No file but the poses is needed of the other sensors here; `quick` drives a straight 40 m of small images instead.
+StudyDrive drive_of(const std::string& name, const fs::path& preset, const ExperimentExtent& extent) {
+  StudyDrive drive{name, read_scene(preset)};
+  drive.scene.output = {.depth = false, .labels = false, .lidar = false, .imu = false, .wheels = false};
+  if (!extent.quick) return drive;
+  drive.scene.camera.width_px = drive.scene.camera.height_px = 256;
+  drive.scene.rover.route = RouteKind::straight;
+  drive.scene.rover.length_m = 40.0;
+  return drive;
+}
+
+}  // namespace
+
+PublishedExperiment lusnar_experiment(const fs::path& configs, const ExperimentExtent& extent) {
+  PublishedExperiment e{{.name = "lusnar", .title = "Nine LuSNAR-like scenes", .variants = usual_variants(),
+                         .seeds = seeds_of(extent)}};
+  constexpr std::array<double, 9> vo_rpe{0.0020, 0.0017, 0.036, 0.0016, 0.0021, 0.0017, 0.0015, 0.0018, 0.0019},
+      vo_ate{0.0039, 0.0048, 0.0042, 0.0057, 0.0073, 0.0107, 0.0045, 0.0079, 0.0073},
+      dem_ate{0.0010, 0.0012, 0.0036, 0.0021, 0.0023, 0.0010, 0.0021, 0.0069, 0.0004};
+  for (std::size_t i = 0; i < 9; ++i) {
+    const std::string name = fmt::format("scene_{}", i + 1);
+    e.study.drives.push_back(drive_of(name, configs / fmt::format("lusnar_{}.toml", i + 1), extent));
+    e.published.push_back({.drive = name, .variant = "odometry", .ate_star = vo_ate[i], .rpe_m = vo_rpe[i]});
+    e.published.push_back({.drive = name, .variant = "published", .ate_star = dem_ate[i], .rpe_m = vo_rpe[i]});
+  }
+  return e;
+}
+
+PublishedExperiment crater_experiment(const fs::path& configs, const ExperimentExtent& extent) {
+  return {{.name = "crater",
+           .title = "A loop of 1.03 km around a crater rim",
+           .drives = {drive_of("crater_loop", configs / "crater_loop_1030m.toml", extent)},
+           .variants = {{"odometry", odometry_options()},
+                        {"loop", loops_only()},
+                        {"published", without_loops(published_options())},
+                        {"published_loop", published_options()},
+                        {"demslam", without_loops({})},
+                        {"demslam_loop", {}}},
+           .seeds = seeds_of(extent)},
+          {{.drive = "crater_loop", .variant = "loop", .ate_m = 94.01},
+           {.drive = "crater_loop", .variant = "published_loop", .ate_m = 21.43}}};
+}
+
+PublishedExperiment traverse_experiment(const fs::path& configs, const ExperimentExtent& extent) {
+  return {{.name = "traverse",
+           .title = "A traverse of 1.19 km",
+           .drives = {drive_of("traverse", configs / "traverse_1190m.toml", extent)},
+           .variants = usual_variants(),
+           .seeds = seeds_of(extent)},
+          {{.drive = "traverse", .variant = "odometry", .ate_m = 78.0, .rpe_m = 0.017},
+           {.drive = "traverse", .variant = "published", .ate_m = 7.71, .rpe_m = 0.020}}};
+}
+
+PublishedExperiment uncertainty_experiment(const fs::path& configs, const ExperimentExtent& extent) {
+  struct Case {
+    const char* name;
+    Perturbation perturbation;
+    double ate_m, drift_percent;
+  };
+  const std::array<Case, 9> cases{{{"dem", {}, 0.672, 0.717},
+                                   {"noise_0.5m", {.noise_m = {.rms = 0.5}}, 0.658, 0.677},
+                                   {"noise_1m", {.noise_m = {.rms = 1.0}}, 0.894, 0.898},
+                                   {"noise_2m", {.noise_m = {.rms = 2.0}}, 0.671, 0.536},
+                                   {"bias_0.5m", {.bias_m = 0.5}, 0.680, 0.750},
+                                   {"bias_1m", {.bias_m = 1.0}, 0.712, 0.801},
+                                   {"shift_0.5m", {.shift_m = {0.5, 0.0}}, 0.698, 0.741},
+                                   {"shift_1m", {.shift_m = {1.0, 0.0}}, 0.723, 0.770},
+                                   {"shift_2m", {.shift_m = {2.0, 0.0}}, 0.837, 0.927}}};
+  PublishedExperiment e{{.name = "uncertainty",
+                         .title = "378 m with errors of the DEM",
+                         .drives = {drive_of("traverse", configs / "traverse_378m.toml", extent)},
+                         .variants = {{"no_dem", odometry_options()}},
+                         .seeds = seeds_of(extent)},
+                        {{.drive = "traverse", .variant = "no_dem", .ate_m = 0.788, .drift_percent = 0.986}}};
+  for (const Case& c : cases) {
+    SlamOptions declared;  // the mission knows its map's noise, not its bias or shift
+    declared.anchoring.sigma_dem_m = std::max(0.1, c.perturbation.noise_m.rms);
+    e.study.variants.push_back({c.name, declared, c.perturbation});
+    e.published.push_back({.drive = "traverse", .variant = c.name, .ate_m = c.ate_m, .drift_percent = c.drift_percent});
+  }
+  return e;
+}
+
+PublishedExperiment anchoring_experiment(const fs::path& configs, const ExperimentExtent& extent, const fs::path& nac) {
+  Study study{.name = "anchoring", .title = "Ways of anchoring, with images", .seeds = seeds_of(extent)};
+  for (const char* preset : {"highland_300m", "crater_rim_300m", "mare_300m"}) {
+    study.drives.push_back(drive_of(preset, configs / fmt::format("{}.toml", preset), extent));
+  }
+  if (!nac.empty()) {
+    study.drives.push_back(drive_of("nac_traverse", configs / "nac_traverse.toml", extent));
+    study.drives.back().scene.terrain.dem = fs::absolute(nac);
+  }
+  study.variants = {{"odometry", odometry_options()},
+                    {"published", published_options()},
+                    {"full_gradient", full_gradient_options()},
+                    {"demslam", SlamOptions{}}};
+  return {study, {}};
+}
+
+}  // namespace demslam

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "demslam/experiment/study.h"
+
+namespace demslam {
+
+/// A figure of A. Dai, A. Casadesus Vila, G. Gao, "Visual SLAM with DEM Anchoring for Lunar Surface Navigation", IEEE
+/// Aerospace 2026, beside which a row of ours is put. Negative: not stated there.
+struct PublishedRow {
+  std::string drive, variant;
+  double ate_m = -1.0, ate_star = -1.0, rpe_m = -1.0, drift_percent = -1.0;
+};
+
+/// An experiment of the publication, on our simulator.
+struct PublishedExperiment {
+  Study study;
+  std::vector<PublishedRow> published;
+};
+
+/// How much of it: `seeds` of everything random; `quick`: shorter drives of smaller images, for a table in minutes.
+struct ExperimentExtent {
+  int seeds = 1;
+  bool quick = false;
+};
+
+// Scenes come from the preset files in `configs` (the repository's configs/ folder, or the installed one).
+
+/// Table 1: nine LuSNAR-like scenes, odometry, published factors, everything.
+PublishedExperiment lusnar_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent);
+/// The loop of 1.03 km around a crater rim: loop closure at its end alone, and with the DEM.
+PublishedExperiment crater_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent);
+/// The traverse of 1.19 km.
+PublishedExperiment traverse_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent);
+/// Table 2: 378 m, with the DEM's noise, bias and shift.
+PublishedExperiment uncertainty_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent);
+/// Highland, crater rim and mare, and a real elevation map where `nac` names one: every kind of anchoring.
+PublishedExperiment anchoring_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent,
+                                         const std::filesystem::path& nac);
+
+}  // namespace demslam
