@@ -1,15 +1,11 @@
 #pragma once
 
-#include <gtsam/inference/Symbol.h>
 #include <gtsam/nonlinear/NonlinearFactorGraph.h>
 #include <gtsam/nonlinear/Values.h>
 
-#include <vector>
+#include "demslam/graph/factor_table.h"
 
 namespace demslam {
-
-/// Keyframes are their own index; every other variable is a gtsam::Symbol.
-inline bool is_keyframe(gtsam::Key key) { return gtsam::Symbol(key).chr() == 0; }
 
 /// The part of `values` that belongs to `keys`.
 gtsam::Values values_of(const gtsam::KeySet& keys, const gtsam::Values& values);
@@ -19,9 +15,7 @@ gtsam::Values values_of(const gtsam::KeySet& keys, const gtsam::Values& values);
 /// window.
 class CondensedPast {
  public:
-  using FactorsByKeyframe = std::vector<std::vector<gtsam::NonlinearFactor::shared_ptr>>;  ///< by their oldest keyframe
-
-  void extend_to(std::size_t end, const FactorsByKeyframe& factors_from, const gtsam::Values& values);
+  void extend_to(std::size_t end, const FactorTable& table, const gtsam::Values& values);
   std::size_t end() const { return end_; }
   const gtsam::NonlinearFactorGraph& factors() const { return factors_; }
 

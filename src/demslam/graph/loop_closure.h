@@ -2,9 +2,11 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "demslam/graph/keyframe_grid.h"
 #include "demslam/graph/pose_graph.h"
 #include "demslam/odometry/odometry.h"
 
@@ -17,12 +19,25 @@ struct LoopOptions {
   double max_heading_difference_deg = 50.0;  ///< the cameras must see the same side
   int max_candidates = 3;                    ///< verified per keyframe, nearest first
   int min_inliers = 25;
-  double gate = 22.46;  ///< chi-square of 6 degrees of freedom, 99.9 %
+  double gate = 22.46;  ///< chi-square of 6 degrees of freedom, 99.9 %: against the graph, and between two loops
   double sigma_floor_m = 0.02,
          sigma_floor_deg = 0.1;  ///< added to the measured covariance: matched points share errors
+  int confirming_keyframes = 3;  ///< a loop counts once loops of this many keyframes agree, its own included,
+  double confirming_path_m = 4.0;  ///< along at least this much path: no single view, however often it is taken for
+                                   ///< another, closes a loop
+  double confirming_radius_m = 20.0;  ///< and at most this much
+  double agreement_gate = 12.59;      ///< chi-square between two loops that agree, 95 %
+  double spacing_m = 5.0;             ///< path after accepted loops without trying for others
 };
 
-enum class LoopStatus { accepted, not_matched, inconsistent };
+enum class LoopStatus {
+  accepted,      ///< in the graph, and on
+  unconfirmed,   ///< plausible, waiting for other loops that agree
+  not_matched,   ///< the images do not show it
+  inconsistent,  ///< neither the graph nor the odometry can believe it
+  rejected,      ///< nobody confirmed it, or it is outnumbered by loops that contradict it
+  switched_off   ///< accepted once, contradicted later; it may come back as accepted
+};
 
 /// One candidate's fate.
 struct LoopResult {
@@ -33,8 +48,10 @@ struct LoopResult {
   int inliers = 0;
 };
 
+/// Every candidate is proposed; of those the images verify, each ends up accepted, rejected (at once or unconfirmed), or
+/// still waits. `rejected_later`: accepted, and switched off at present.
 struct LoopCounters {
-  int proposed = 0, verified = 0, accepted = 0, rejected = 0;
+  int proposed = 0, verified = 0, accepted = 0, rejected = 0, rejected_later = 0;
 };
 
 /// Motion between the left cameras of two keyframes, given the graph's guess.
@@ -46,26 +63,65 @@ using FeatureSource = std::function<std::shared_ptr<const StereoFeatures>(std::s
 LoopVerifier stereo_verifier(const RectifiedRig& rig, FeatureSource features, Matcher& matcher,
                              const MotionOptions& options);
 
-/// Proximity loop closure: old keyframes near the newest one by the present estimate and its covariance, verified by
-/// their images, accepted only when the graph itself finds them plausible. Accepted ones are in the graph; the caller
-/// optimises.
+/// Old keyframes that look like this one, best first; for when the position says too little.
+using AppearanceSource = std::function<std::vector<std::size_t>(std::size_t keyframe)>;
+
+/// Loop closure that prefers none to a false one. Old keyframes near the newest one by the present estimate and its
+/// covariance (or, where three sigma exceed the largest radius, those that look like it) are verified by their images;
+/// what is plausible waits until other keyframes' loops agree with it, pairwise, through the odometry between them. Such
+/// a group enters the graph if the graph believes it and no group in it contradicts it, or if it outnumbers those that
+/// do, together with earlier groups that were refused; then those are switched off. The caller optimises; the graph may
+/// still switch single loops off.
 class LoopClosure {
  public:
-  LoopClosure(const LoopOptions& options, const Pose& T_body_left, LoopVerifier verify);
+  LoopClosure(const LoopOptions& options, const Pose& T_body_left, LoopVerifier verify,
+              AppearanceSource appearance = nullptr);
 
-  /// Tries to close loops at the newest keyframe.
+  /// Tries to close loops at the newest keyframe. Returns what was tried now, and earlier loops whose status changed
+  /// since the last call.
   std::vector<LoopResult> close(PoseGraph& graph);
+  /// What the images say of an old keyframe and the newest one, from whatever source; decided on by the next close().
+  LoopResult consider(const PoseGraph& graph, std::size_t i, const Motion& motion);
+  /// Only the second part of close(), for the end of a run.
+  std::vector<LoopResult> review(const PoseGraph& graph);
   const LoopCounters& counters() const { return counters_; }
 
  private:
+  /// A loop that the images verify and that is not out of the question.
+  struct Candidate {
+    LoopResult result;
+    bool believed = true;             ///< by the graph; else by the odometry alone
+    std::optional<std::size_t> loop;  ///< its index in the graph, once it was accepted
+  };
+  using Group = std::vector<std::size_t>;  ///< candidates that agree
+
+  void index_until(const PoseGraph& graph, std::size_t end);
+  std::vector<std::size_t> near(const PoseGraph& graph);
   std::vector<std::size_t> candidates(const PoseGraph& graph);
-  LoopResult attempt(const PoseGraph& graph, std::size_t i, std::size_t j) const;
+  LoopResult attempt(const PoseGraph& graph, std::size_t i);
+  LoopResult measured(const PoseGraph& graph, std::size_t i, const Motion& motion) const;
+  void judge(const PoseGraph& graph, LoopResult& result) const;
+  bool agree(const PoseGraph& graph, std::size_t a, std::size_t b) const;
+  Group agreeing(const PoseGraph& graph, std::size_t candidate) const;
+  bool is_confirmed(const PoseGraph& graph, const Group& group) const;
+  bool contradict(const PoseGraph& graph, const Group& a, const Group& b) const;
+  void confirm(PoseGraph& graph, std::vector<LoopResult>& changed);
+  void decide(PoseGraph& graph, Group group, std::vector<LoopResult>& changed);
+  void accept(PoseGraph& graph, const Group& group, std::vector<LoopResult>& changed);
+  void refuse(const Group& group, const char* reason, std::vector<LoopResult>& changed);
+  void expire(const PoseGraph& graph, std::vector<LoopResult>& changed);
 
   LoopOptions options_;
   Pose T_body_left_;
   LoopVerifier verify_;
+  AppearanceSource appearance_;
   LoopCounters counters_;
-  std::vector<double> path_m_;  ///< per keyframe: path driven when it was first seen here
+  KeyframeGrid grid_;  ///< of keyframes far enough behind
+  std::size_t indexed_ = 0, batches_ = 0, reviewed_ = 0;  ///< batches: of the graph, when last looked at
+  std::vector<Candidate> candidates_;
+  std::vector<std::size_t> waiting_;      ///< candidates not yet in a group
+  std::vector<Group> accepted_, refused_;  ///< in the order of their confirmation
+  double quiet_until_m_ = 0.0;  ///< path
 };
 
 }  // namespace demslam

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+
+#include "demslam/base/random.h"
 
 namespace demslam {
 namespace {
@@ -50,16 +53,91 @@ class Square : public testing::Test {
   PoseGraph graph_;
 };
 
-TEST_F(Square, ClosesWhereItStarted) {
+TEST_F(Square, ClosesWhereItStartedOnceThreeKeyframesAgree) {
   LoopClosure closure({}, kBodyLeft, [&](std::size_t i, std::size_t j, const Pose&) { return seen(i, j); });
-  const auto results = closure.close(graph_);
-  ASSERT_FALSE(results.empty());
-  EXPECT_EQ(results.front().status, LoopStatus::accepted);
-  EXPECT_EQ(results.front().measurement.j, 80U);
-  EXPECT_LE(results.front().measurement.i, 3U);
+  const auto first = closure.close(graph_);
+  ASSERT_FALSE(first.empty());
+  EXPECT_EQ(first.front().status, LoopStatus::unconfirmed);
+  EXPECT_EQ(first.front().measurement.j, 80U);
+  EXPECT_LE(first.front().measurement.i, 3U);
+  advance(0.0);
+  closure.close(graph_);
+  EXPECT_EQ(graph_.loops(), 0U);
+  advance(0.0);
+  const auto last = closure.close(graph_);
+  EXPECT_EQ(std::ranges::count(last, LoopStatus::accepted, &LoopResult::status), 9);
+  EXPECT_EQ(closure.counters().accepted, 9);
+  EXPECT_EQ(graph_.loops(), 9U);
   const double before_m = (graph_.T_map_body(80).translation() - truth_[80].translation()).norm();
   graph_.optimize();
   EXPECT_LT((graph_.T_map_body(80).translation() - truth_[80].translation()).norm(), 0.2 * before_m);
+}
+
+TEST_F(Square, OneViewTakenForAnotherClosesNoLoop) {
+  LoopClosure closure({}, kBodyLeft, [&](std::size_t i, std::size_t j, const Pose&) {
+    return j == 81 ? seen(i, j) : Motion{.reason = "too few matches (3)"};
+  });
+  for (int k = 0; k < 15; ++k) {
+    closure.close(graph_);
+    advance(0.0);
+  }
+  EXPECT_EQ(graph_.loops(), 0U);
+  EXPECT_EQ(closure.counters().rejected, closure.counters().verified);
+  EXPECT_GT(closure.counters().verified, 0);
+}
+
+TEST_F(Square, LoopsThatDisagreeDoNotConfirmEachOther) {
+  Random random(3);
+  LoopClosure closure({}, kBodyLeft, [&](std::size_t i, std::size_t j, const Pose&) {
+    Motion wrong = seen(i, j);
+    Vector6d off;
+    off << 0.0, 0.05 * random.normal(), 0.0, 0.8 * random.normal(), 0.0, 0.8 * random.normal();
+    wrong.T_a_b = wrong.T_a_b * Pose::exp(off);
+    return wrong;
+  });
+  int plausible = 0;
+  for (int k = 0; k < 10; ++k) {
+    for (const LoopResult& result : closure.close(graph_)) plausible += result.status == LoopStatus::unconfirmed;
+    advance(0.0);
+  }
+  EXPECT_GT(plausible, 3);
+  EXPECT_EQ(graph_.loops(), 0U);
+}
+
+TEST_F(Square, AFalseGroupIsSwitchedOffOnceTrueOnesOutnumberIt) {
+  LoopClosure closure({}, kBodyLeft, [&](std::size_t i, std::size_t j, const Pose&) {
+    Motion motion = seen(i, j);
+    const Pose aside(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.0, 0.0, 0.5));
+    if (j <= 82) motion.T_a_b = motion.T_a_b * aside;  // the first views show a place that only looks alike
+    return motion;
+  });
+  std::vector<LoopResult> changed;
+  for (int k = 0; k < 20; ++k) {
+    for (const LoopResult& result : closure.close(graph_)) {
+      if (result.status == LoopStatus::switched_off) changed.push_back(result);
+    }
+    graph_.optimize_recent();
+    EXPECT_EQ(graph_.loops(), k < 2 ? 0U : k < 5 ? 9U : graph_.loops());
+    advance(0.0);
+  }
+  EXPECT_EQ(changed.size(), 9U);
+  EXPECT_EQ(closure.counters().rejected_later, 9);
+  graph_.optimize();
+  closure.review(graph_);
+  EXPECT_EQ(closure.counters().rejected_later, 9);
+  EXPECT_LT((graph_.T_map_body(80).translation() - truth_[80].translation()).norm(), 0.1);
+}
+
+TEST_F(Square, WhenThePositionSaysTooLittleItAsksTheAppearance) {
+  std::vector<std::size_t> asked;
+  LoopClosure closure({.radius_m = 0.1, .max_radius_m = 0.1}, kBodyLeft,
+                      [&](std::size_t i, std::size_t, const Pose&) {
+                        asked.push_back(i);
+                        return Motion{};
+                      },
+                      [](std::size_t keyframe) { return std::vector<std::size_t>{7, keyframe - 1, 12}; });
+  closure.close(graph_);
+  EXPECT_THAT(asked, testing::ElementsAre(7, 12));
 }
 
 TEST_F(Square, TheGuessIsInCameraFrames) {

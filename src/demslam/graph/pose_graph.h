@@ -3,6 +3,7 @@
 #include <boost/shared_ptr.hpp>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "demslam/geometry/pose.h"
@@ -40,19 +41,29 @@ struct SystematicErrors {
 struct PoseGraphOptions {
   SystematicOptions systematic;
   double loop_kernel_sigmas = 3.0;  ///< Cauchy width of loop closures, on the norm of the whitened six-vector
+  double loop_gate = 22.46;         ///< chi-square (6 degrees of freedom, 99.9 %) beyond which a loop is switched off
+  double window_m = 100.0;          ///< path that optimize_recent() keeps in play
+  double batch_every = 0.01;        ///< path between two batches in the run, as a share of the path so far
   int max_iterations = 100;
 };
 
 struct OptimizerReport {
   double error_before = 0.0, error_after = 0.0;
   int iterations = 0;
-  std::size_t factors = 0;  ///< in the problem solved
+  std::size_t factors = 0, variables = 0;  ///< in the problem solved
+  bool batch = false;
+  int loops_switched = 0;  ///< off, or on again
   double milliseconds = 0.0;
 };
 
-/// Keyframe poses T_map_body and the factors between and on them; Levenberg-Marquardt in batch (GTSAM, METIS ordering).
+/// Keyframe poses T_map_body and the factors between and on them; Levenberg-Marquardt (GTSAM, METIS ordering).
 /// Loop and unary factors carry robust kernels of their own; a factor knows its keyframes by index (gtsam::Key ==
 /// index). Same calls, same bytes, whatever the number of threads.
+///
+/// For the long run: optimize_window() or optimize_recent() while driving, at a cost that does not grow. What leaves the
+/// window is condensed for the window's sake, and folded for the batch's: of the keyframes behind it only those that
+/// carry more than odometry stay variables, the others follow from them. Nothing is lost: a factor on a folded keyframe
+/// makes it a variable again.
 class PoseGraph {
  public:
   explicit PoseGraph(const PoseGraphOptions& options = {});
@@ -63,32 +74,49 @@ class PoseGraph {
   std::size_t add_keyframe(const Pose& T_map_body);
   void add_prior(std::size_t keyframe, const Pose& T_map_body, const Matrix6d& covariance);
   void add_odometry(const RelativePose& measurement);
-  void add_loop(const RelativePose& measurement);  ///< Cauchy kernel
+  /// With a Cauchy kernel; returns its index. i < j.
+  std::size_t add_loop(const RelativePose& measurement);
   void add_factor(const boost::shared_ptr<gtsam::NonlinearFactor>& factor);
 
-  /// All keyframes in batch. Throws Error when a keyframe is tied to nothing (no prior, no odometry).
+  /// All keyframes in batch. Throws Error when a keyframe is tied to nothing (no prior, no odometry). Loops that
+  /// contradict the others are switched off, by graduated non-convexity over all loops ever added, so that one switched
+  /// off earlier may come back.
   OptimizerReport optimize();
   /// Keyframes from `first` on, at a cost that depends on their number only: what is older is condensed, once, into a
   /// Gaussian on the window's boundary, and keeps its estimate. Factors added later to older keyframes (loop closures)
   /// wait for optimize(), which puts everything in play again. `first` may only grow between two calls of optimize().
   OptimizerReport optimize_window(std::size_t first);
+  /// The solver of the run: the window, or a batch where a loop that waits would move the estimate and the path has
+  /// grown enough since the last one that batches stay cheap per keyframe.
+  OptimizerReport optimize_recent();
 
   std::size_t size() const;
-  std::size_t loops() const;
+  std::size_t variables() const;  ///< keyframes that are not folded, and systematic states
+  std::size_t loops() const;      ///< all that were added
+  bool loop_is_on(std::size_t loop) const;
+  void switch_loop(std::size_t loop, bool on);
+  std::size_t batches() const;  ///< how often everything may have moved
+  double path_m(std::size_t keyframe) const;  ///< measured by odometry, since keyframe 0
   const Pose& T_map_body(std::size_t keyframe) const;
   /// All zero when systematic states are off.
   SystematicErrors systematic_errors(std::size_t keyframe) const;
   /// The odometry's measurement with the present estimate of its systematic errors taken out.
   Pose corrected_odometry(const RelativePose& measurement) const;
-  /// Marginal covariance of the right perturbation, for each asked keyframe, at the present estimate.
+  /// Marginal covariance of the right perturbation, for each asked keyframe, at the present estimate: one pass over the
+  /// whole graph, however many are asked for.
   std::vector<Matrix6d> covariances(const std::vector<std::size_t>& keyframes) const;
-  /// The same for the newest keyframe, from the last window alone.
+  /// The same for the newest keyframe, from the last window and the odometry since, without solving anything.
   Matrix6d newest_covariance() const;
-  /// Covariance of the right perturbation of the graph's own T_i_j.
+  /// Covariance of the right perturbation of the graph's own T_i_j, i < j, without solving anything: an upper bound, by
+  /// odometry alone or by what was known of either pose when it was the newest, whichever is smaller.
   Matrix6d relative_covariance(std::size_t i, std::size_t j) const;
+  /// Covariance of T_i_j by odometry alone, i < j; nothing where a link of the chain is missing.
+  std::optional<Matrix6d> odometry_covariance(std::size_t i, std::size_t j) const;
   /// Chi-square distance (6 degrees of freedom) of a measurement from the graph's own prediction, both covariances
   /// included.
   double chi_square(const RelativePose& measurement) const;
+  /// The same from odometry alone, which no loop can have misled; nothing where a link of the chain is missing.
+  std::optional<double> odometry_chi_square(const RelativePose& measurement) const;
 
  private:
   struct State;

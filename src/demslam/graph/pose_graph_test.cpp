@@ -2,61 +2,24 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <gtsam/linear/GaussianBayesNet.h>
+#include <gtsam/linear/GaussianFactorGraph.h>
+#include <gtsam/nonlinear/NonlinearFactorGraph.h>
 #include <gtsam/nonlinear/factorTesting.h>
 
 #include <cmath>
 #include <cstring>
 
 #include "demslam/base/error.h"
-#include "demslam/base/random.h"
 #include "demslam/graph/gtsam_pose.h"
+#include "demslam/graph/odometry_chain.h"
 #include "demslam/graph/odometry_factor.h"
+#include "demslam/graph/test_paths.h"
 
 namespace demslam {
 namespace {
 
-Matrix6d isotropic(double sigma_rad, double sigma_m) {
-  Vector6d variance;
-  variance << Eigen::Vector3d::Constant(sigma_rad * sigma_rad), Eigen::Vector3d::Constant(sigma_m * sigma_m);
-  return variance.asDiagonal();
-}
-
-const Matrix6d kTight = isotropic(1e-5, 1e-4), kOdometry = isotropic(0.002, 0.02), kLoop = isotropic(0.001, 0.01);
-
-Vector6d noise(Random& random, const Matrix6d& covariance) {
-  Vector6d xi;
-  for (int i = 0; i < 6; ++i) xi[i] = std::sqrt(covariance(i, i)) * random.normal();
-  return xi;
-}
-
-/// A circle driven once, steps of about `step_m`, the last pose on the first.
-std::vector<Pose> circle(std::size_t count, double step_m) {
-  std::vector<Pose> poses{Pose()};
-  Vector6d step = Vector6d::Zero();
-  step[2] = 2.0 * M_PI / static_cast<double>(count - 1);
-  step[3] = step_m;
-  while (poses.size() < count) poses.push_back(poses.back() * Pose::exp(step));
-  return poses;
-}
-
-RelativePose between(const std::vector<Pose>& truth, std::size_t i, std::size_t j, const Matrix6d& covariance,
-                     Random& random) {
-  return {i, j, truth[i].inverse() * truth[j] * Pose::exp(noise(random, covariance)), covariance};
-}
-
-/// Odometry around `truth`, dead-reckoned initial poses.
-PoseGraph odometry_graph(const std::vector<Pose>& truth, std::uint64_t seed, const PoseGraphOptions& options = {}) {
-  Random random(seed);
-  PoseGraph graph(options);
-  graph.add_keyframe(truth[0]);
-  graph.add_prior(0, truth[0], kTight);
-  for (std::size_t k = 1; k < truth.size(); ++k) {
-    const RelativePose step = between(truth, k - 1, k, kOdometry, random);
-    graph.add_keyframe(graph.T_map_body(k - 1) * step.T_i_j);
-    graph.add_odometry(step);
-  }
-  return graph;
-}
+using namespace test;
 
 double end_error_m(const PoseGraph& graph, const std::vector<Pose>& truth) {
   return (graph.T_map_body(graph.size() - 1).translation() - truth.back().translation()).norm();
@@ -202,6 +165,27 @@ TEST(OptimizeWindow, ABatchInBetweenPutsLoopsIntoPlay) {
   EXPECT_LT(end_error_m(graph, truth), 0.05);
 }
 
+TEST(PoseGraph, ALoopThatLaterOnesContradictIsSwitchedOffAndTheEstimateIsAsWithoutIt) {
+  const auto truth = circle(200, 1.0);
+  PoseGraph graph = odometry_graph(truth, 9), clean = odometry_graph(truth, 9);
+  RelativePose wrong{20, 180, truth[20].inverse() * truth[180], kLoop};
+  wrong.T_i_j = wrong.T_i_j * Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.0, 1.5, 0.0));
+  graph.add_loop(wrong);
+  EXPECT_EQ(graph.optimize().loops_switched, 0);
+  for (const std::size_t k : {170, 178, 182, 190}) {
+    Random random(k);
+    const RelativePose right = between(truth, k - 160, k, kLoop, random);
+    graph.add_loop(right);
+    clean.add_loop(right);
+  }
+  EXPECT_EQ(graph.optimize().loops_switched, 1);
+  EXPECT_FALSE(graph.loop_is_on(0));
+  EXPECT_TRUE(graph.loop_is_on(1));
+  clean.optimize();
+  for (std::size_t k = 0; k < truth.size(); k += 10)
+    EXPECT_LT((graph.T_map_body(k).translation() - clean.T_map_body(k).translation()).norm(), 1e-3) << k;
+}
+
 TEST(PoseGraph, SaysWhatIsNotTied) {
   PoseGraph graph;
   graph.add_keyframe(Pose());
@@ -231,6 +215,34 @@ TEST(SystematicOdometryFactor, HasItsNumericJacobian) {
   values.insert(1, to_gtsam(Pose::exp(3.3 * step)));
   values.insert(2, gtsam::Vector4(0.05, 0.02, -0.03, 0.01));
   EXPECT_TRUE(gtsam::internal::testFactorJacobians("factor", factor, values, 1e-6, 1e-6));
+}
+
+TEST(CompoundOdometryFactor, IsWhatItsMotionsAreTogether) {
+  CompoundMotion motion;
+  gtsam::NonlinearFactorGraph steps;
+  const Vector4d s_0(0.004, 0.001, -0.002, 0.003);
+  gtsam::Values values;
+  values.insert(100, gtsam::Vector4(s_0));
+  Pose T_map_body;
+  values.insert(0, to_gtsam(T_map_body));
+  for (int k = 1; k <= 5; ++k) {
+    Vector6d step;
+    step << 0.02 * k, -0.01, 0.1, 1.0, 0.1, -0.02;
+    motion.append(Pose::exp(step), kOdometry, s_0);
+    values.insert(k, to_gtsam(T_map_body = T_map_body * corrected(Pose::exp(step), s_0)));
+    steps.emplace_shared<SystematicOdometryFactor>(k - 1, k, 100, Pose::exp(step),
+                                                   gtsam::noiseModel::Gaussian::Covariance(kOdometry));
+  }
+  const auto noise = gtsam::noiseModel::Gaussian::Covariance(motion.covariance);
+  const CompoundOdometryFactor factor(0, 5, 100, motion.T_a_b, motion.by_systematic, s_0, noise);
+  EXPECT_LT(factor.error(values), 1e-12);
+  EXPECT_TRUE(gtsam::internal::testFactorJacobians("factor", factor, values, 1e-6, 1e-6));
+  const gtsam::Ordering inner(gtsam::KeyVector{1, 2, 3, 4});
+  const auto outer = steps.linearize(values)->eliminatePartialSequential(inner).second;
+  gtsam::GaussianFactorGraph compound;
+  compound.push_back(factor.linearize(values));
+  const gtsam::Ordering ordering(gtsam::KeyVector{0, 5, 100});
+  EXPECT_TRUE(outer->hessian(ordering).first.isApprox(compound.hessian(ordering).first, 1e-6));
 }
 
 TEST(SystematicStates, AreFoundFromLoops) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <numbers>
 
@@ -89,18 +90,6 @@ struct Stand {
   Vector3f origin;
 };
 
-/// What all rays of one rendering have in common.
-struct View {
-  const Camera& camera;
-  std::vector<Stand> stands;  ///< for each pass: one, or one for each row
-  int stands_per_pass;
-  Rendering& out;
-
-  const Stand& stand(std::size_t pass, int row) const {
-    return stands[pass * stands_per_pass + (stands_per_pass > 1 ? std::min(row, stands_per_pass - 1) : 0)];
-  }
-};
-
 bool same(const Camera& a, const Camera& b) {
   return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx && a.cy == b.cy &&
          a.distortion == b.distortion && a.coefficients == b.coefficients;
@@ -111,10 +100,7 @@ struct LensTable {
   Camera camera;
   std::vector<std::vector<Eigen::Vector2f>> passes;  ///< (x, y) of every pixel
 
-  void prepare(const Camera& wanted, const std::vector<Pass>& all) {
-    if (!passes.empty() && same(camera, wanted)) return;
-    camera = wanted;
-    passes.assign(all.size(), {});
+  LensTable(const Camera& lens, const std::vector<Pass>& all) : camera(lens), passes(all.size()) {
     for (std::size_t p = 0; p < all.size(); ++p) {
       passes[p].resize(static_cast<std::size_t>(camera.width) * camera.height);
       tbb::parallel_for(0, camera.height, [&](int v) {
@@ -124,6 +110,19 @@ struct LensTable {
         }
       });
     }
+  }
+};
+
+/// What all rays of one rendering have in common.
+struct View {
+  const Camera& camera;
+  const LensTable* lens;      ///< null: the lens is quick
+  std::vector<Stand> stands;  ///< for each pass: one, or one for each row
+  int stands_per_pass;
+  Rendering& out;
+
+  const Stand& stand(std::size_t pass, int row) const {
+    return stands[pass * stands_per_pass + (stands_per_pass > 1 ? std::min(row, stands_per_pass - 1) : 0)];
   }
 };
 
@@ -149,7 +148,8 @@ struct Renderer::World {
 
   Vector3f relative(const Eigen::Vector3d& p_map) const { return (p_map - clipmap.origin()).cast<float>(); }
   View view_of(const Camera& camera, const Pose& T_map_camera, const Shutter& shutter, Rendering& out) const;
-  Eigen::Vector3d camera_ray(const Camera& camera, std::size_t pass, int u, int v) const;
+  const LensTable* table_of(const Camera& camera) const;
+  Eigen::Vector3d camera_ray(const View& view, std::size_t pass, int u, int v) const;
   void trace_block(const View& view, std::size_t pass, int u, int v) const;
   void store(const View& view, const Pass& pass, const Packet& packet, const Hits& hits) const;
   Hits hits_of(const Packet& packet, float pixel_angle) const;
@@ -164,7 +164,7 @@ struct Renderer::World {
   RayScene rays;
   Illumination illumination;
   std::vector<Pass> passes;
-  mutable LensTable lens;
+  mutable std::deque<LensTable> lenses;  ///< of the cameras seen last: the rig's, and its light meter's
   Eigen::Vector3d lamp = Eigen::Vector3d::Zero();
   bool stale = true;
 };
@@ -200,7 +200,6 @@ Rendering Renderer::render(const Camera& camera, const Pose& T_map_camera, const
                 std::vector<Surface>(pixels, Surface::sky),
                 {}};
   if (normals) out.normal.assign(pixels, Vector3f::Zero());
-  if (camera.distortion != Distortion::none) world_->lens.prepare(camera, world_->passes);
   const View view = world_->view_of(camera, T_map_camera, shutter, out);
   tbb::parallel_for(0, (camera.height + kDown - 1) / kDown, [&](int strip) {
     for (int u = 0; u < camera.width; u += kAcross) {
@@ -235,7 +234,7 @@ std::vector<RangeReturn> Renderer::cast(const Pose& T_map_sensor, std::span<cons
 
 View Renderer::World::view_of(const Camera& camera, const Pose& T_map_camera, const Shutter& shutter,
                               Rendering& out) const {
-  View view{camera, {}, shutter.readout_s > 0.0 ? camera.height : 1, out};
+  View view{camera, table_of(camera), {}, shutter.readout_s > 0.0 ? camera.height : 1, out};
   for (const Pass& pass : passes) {
     for (int row = 0; row < view.stands_per_pass; ++row) {
       const double part = view.stands_per_pass > 1 ? row / (camera.height - 1.0) - 0.5 : 0.0;
@@ -247,9 +246,19 @@ View Renderer::World::view_of(const Camera& camera, const Pose& T_map_camera, co
   return view;
 }
 
-Eigen::Vector3d Renderer::World::camera_ray(const Camera& camera, std::size_t pass, int u, int v) const {
-  if (camera.distortion == Distortion::none) return ray_of(camera, u + passes[pass].du, v + passes[pass].dv);
-  const Eigen::Vector2f& xy = lens.passes[pass][static_cast<std::size_t>(v) * camera.width + u];
+const LensTable* Renderer::World::table_of(const Camera& camera) const {
+  constexpr std::size_t kKept = 2;
+  if (camera.distortion == Distortion::none) return nullptr;
+  for (const LensTable& table : lenses) {
+    if (same(table.camera, camera)) return &table;
+  }
+  if (lenses.size() == kKept) lenses.pop_front();
+  return &lenses.emplace_back(camera, passes);
+}
+
+Eigen::Vector3d Renderer::World::camera_ray(const View& view, std::size_t pass, int u, int v) const {
+  if (view.lens == nullptr) return ray_of(view.camera, u + passes[pass].du, v + passes[pass].dv);
+  const Eigen::Vector2f& xy = view.lens->passes[pass][static_cast<std::size_t>(v) * view.camera.width + u];
   return {xy.x(), xy.y(), 1.0};
 }
 
@@ -258,8 +267,7 @@ void Renderer::World::trace_block(const View& view, std::size_t pass, int u, int
   for (int i = 0; i < kPacket; ++i) {
     const int column = u + i % kAcross, row = v + i / kAcross;
     packet.valid[i] = column < view.camera.width && row < view.camera.height ? -1 : 0;
-    const Eigen::Vector3d ray =
-        packet.valid[i] == 0 ? Eigen::Vector3d::UnitZ() : camera_ray(view.camera, pass, column, row);
+    const Eigen::Vector3d ray = packet.valid[i] == 0 ? Eigen::Vector3d::UnitZ() : camera_ray(view, pass, column, row);
     if (std::isnan(ray.x())) packet.valid[i] = 0;  // outside a fisheye's image circle
     const Stand& stand = view.stand(pass, row);
     set_ray(packet.rays.ray, i, stand.origin, (stand.R_scene_camera * ray).cast<float>(), kNear, kInfinity);

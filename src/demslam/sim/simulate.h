@@ -23,8 +23,8 @@ struct SimulationReport {
 /// plus calibration.toml, start.toml, dem.tif (what the mission has) and scene.toml; truth/dem_truth.tif is for
 /// evaluation only. A folder of the same scene is resumed at the first incomplete frame; a folder of another scene is
 /// refused. With output.images = false all but the frames is written: `run` renders them when it reads them
-/// (rendered_sequence.h). Same scene, same bytes, on any number of threads. Throws Error: unwritable folder, full disk, route off the
-/// DEM or through a hole.
+/// (rendered_sequence.h). Same scene, same bytes, on any number of threads. Throws Error: unwritable folder, full disk,
+/// route off the DEM or through a hole.
 SimulationReport simulate(const SceneOptions& scene, const std::filesystem::path& out, const Progress& progress = {});
 
 }  // namespace demslam

@@ -171,7 +171,7 @@ struct Backend::State {
     record.loop_ms = loop.elapsed_ms();
     const Stopwatch optimization;
     record.optimized = optimization_is_due(record.loop) || has_accepted(keyframe.earlier_map);
-    if (record.optimized) graph.optimize();
+    if (record.optimized) graph.optimize_recent();
     record.optimize_ms = optimization.elapsed_ms();
   }
 

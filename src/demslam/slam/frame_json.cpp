@@ -25,6 +25,12 @@ std::string to_string(LoopStatus status) {
       return "not matched";
     case LoopStatus::inconsistent:
       return "inconsistent";
+    case LoopStatus::unconfirmed:
+      return "unconfirmed";
+    case LoopStatus::rejected:
+      return "rejected";
+    case LoopStatus::switched_off:
+      return "switched off";
   }
   return "";
 }

@@ -64,6 +64,10 @@ void check_same_images(const StereoFeatures& seen, const StereoFeatures& stored)
 
 Recorder::Recorder(MapStore& map, Slam& slam) : map_(map), slam_(slam) {
   for (std::size_t k = 0; k < slam.backend().keyframes(); ++k) written_.push_back(slam.backend().T_map_keyframe(k));
+  for (const StoredFactor& factor : map.factors()) {
+    if (factor.kind == FactorKind::loop) loop_factors_[{factor.measurement.i, factor.measurement.j}] = factors_;
+    ++factors_;
+  }
 }
 
 /// Compared with what is written, so that it does not matter who moved them.
@@ -77,6 +81,18 @@ std::vector<std::pair<std::size_t, Pose>> Recorder::moved_keyframes() {
     written_[k] = now;
   }
   return moved;
+}
+
+/// A loop of this keyframe, or a change of mind about an earlier one.
+void Recorder::store_loop(const LoopResult& loop, std::size_t keyframe, KeyframeEntry& entry) {
+  const std::pair between{loop.measurement.i, loop.measurement.j};
+  const auto known = loop_factors_.find(between);
+  if (loop.measurement.j == keyframe || known == loop_factors_.end()) {
+    loop_factors_[between] = factors_ + entry.factors.size();
+    entry.factors.push_back(stored(loop));
+  } else {
+    entry.factor_statuses.push_back({known->second, to_string(loop.status)});
+  }
 }
 
 void Recorder::add(const FrameRecord& record) {
@@ -93,7 +109,8 @@ void Recorder::add(const FrameRecord& record) {
   if (record.keyframe->odometry) {
     entry.factors.push_back({.measurement = *record.keyframe->odometry, .inliers = record.odometry.inliers});
   }
-  for (const LoopResult& loop : record.keyframe->loops) entry.factors.push_back(stored(loop));
+  for (const LoopResult& loop : record.keyframe->loops) store_loop(loop, k, entry);
+  factors_ += entry.factors.size();
   if (record.optimized) entry.T_map_body = moved_keyframes();
   map_.append(entry);
   frames_.clear();

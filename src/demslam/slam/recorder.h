@@ -1,7 +1,9 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "demslam/slam/slam.h"
@@ -23,11 +25,14 @@ class Recorder {
 
  private:
   std::vector<std::pair<std::size_t, Pose>> moved_keyframes();
+  void store_loop(const LoopResult& loop, std::size_t keyframe, KeyframeEntry& entry);
 
   MapStore& map_;
   Slam& slam_;
   std::vector<StoredFrame> frames_;  ///< since the last keyframe
   std::vector<Pose> written_;        ///< T_map_body as it stands in the map
+  std::size_t factors_ = 0;          ///< in the map
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> loop_factors_;  ///< by the loop's keyframes
 };
 
 /// What a map holds of a keyframe: what the odometry said, and what the images said of loops.

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <gtsam/nonlinear/NonlinearFactorGraph.h>
+#include <gtsam/nonlinear/Values.h>
+
+#include <vector>
+
+#include "demslam/graph/condensed_past.h"
+#include "demslam/graph/factor_table.h"
+#include "demslam/graph/odometry_chain.h"
+#include "demslam/graph/pose_graph.h"
+
+namespace demslam {
+
+/// A keyframe that carries nothing but odometry is "folded" when it leaves the window: the two motions around it become
+/// one, and its pose follows from its neighbours'. What is left in `values` and `factors` are the keyframes that carry
+/// something (a prior, a DEM factor, a loop), and the window. A factor on a folded keyframe unfolds it.
+struct PoseGraph::State {
+  struct Loop {
+    RelativePose measurement;
+    FactorTable::Factor factor;  ///< null while switched off
+  };
+  /// What was known of a keyframe when it was the newest: never less than what is known of it later.
+  struct Known {
+    std::size_t keyframe = 0;
+    Matrix6d covariance;
+  };
+
+  PoseGraphOptions options;
+  FactorTable factors;
+  gtsam::Values values;
+  std::vector<Pose> poses;
+  std::vector<std::size_t> stretch_of;  ///< per keyframe: which systematic state its odometry has
+  std::vector<bool> tied;               ///< per keyframe: held by a prior, or by a relative pose to an earlier one
+  std::vector<bool> held;               ///< per keyframe: a factor other than the chain's odometry speaks of it
+  std::vector<bool> folded;
+  OdometryChain chain;
+  std::vector<Loop> loops;
+  std::vector<Known> known;  ///< in the order of their keyframes
+  Matrix4d systematic_covariance = Matrix4d::Zero();
+  CondensedPast past;
+  std::size_t stretches = 0, folded_until = 1, batches = 0, loops_waiting = 0;
+  double path_at_batch_m = 0.0;
+
+  void add(const FactorTable::Factor& factor);
+  gtsam::NonlinearFactorGraph problem() const;  ///< what the past says, and the factors of everything after it
+  OptimizerReport solve(int max_iterations);
+  void move_to(const gtsam::Values& solution);
+  void check_tied() const;
+
+  // Systematic states.
+  std::size_t stretch_after(std::size_t keyframe);  ///< of the motion that leaves it; makes one where a stretch ends
+  Vector4d systematic(std::size_t stretch) const;
+
+  // Folding.
+  FactorTable::Factor link(std::size_t a, std::size_t b) const;  ///< the odometry from a to b as one factor
+  bool foldable(std::size_t keyframe) const;
+  void fold_until(std::size_t end);
+  void unfold(std::size_t keyframe);
+  std::size_t held_before(std::size_t keyframe) const;  ///< the nearest unfolded one, itself excluded
+  std::size_t held_after(std::size_t keyframe) const;
+  void place_folded(std::size_t begin);  ///< from this unfolded keyframe on
+
+  // Loops.
+  double misfit(const Loop& loop) const;  ///< chi-square by the measurement's covariance alone
+  void weigh(Loop& loop, double weight);  ///< 0 takes it out
+  int sort_out_loops();
+  bool batch_is_due() const;
+
+  // Covariance.
+  void note_newest();
+  std::optional<Matrix6d> known_covariance(std::size_t keyframe) const;
+};
+
+}  // namespace demslam
