@@ -78,6 +78,11 @@ void loop_fields(Io& io, O& o) {
   io.field("gate", o.gate);
   io.field("sigma_floor_m", o.sigma_floor_m);
   io.field("sigma_floor_deg", o.sigma_floor_deg);
+  io.field("confirming_keyframes", o.confirming_keyframes);
+  io.field("confirming_path_m", o.confirming_path_m);
+  io.field("confirming_radius_m", o.confirming_radius_m);
+  io.field("agreement_gate", o.agreement_gate);
+  io.field("spacing_m", o.spacing_m);
 }
 
 template <class Io, class O>
@@ -134,6 +139,9 @@ void systematic_fields(Io& io, O& o) {
 template <class Io, class O>
 void graph_fields(Io& io, O& o) {
   io.field("loop_kernel_sigmas", o.loop_kernel_sigmas);
+  io.field("loop_gate", o.loop_gate);
+  io.field("window_m", o.window_m);
+  io.field("batch_every", o.batch_every);
   io.field("max_iterations", o.max_iterations);
   io.section("systematic", [&](Io& section) { systematic_fields(section, o.systematic); });
 }

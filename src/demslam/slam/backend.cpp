@@ -236,6 +236,7 @@ SlamResult Backend::finish() {
   SlamResult result;
   if (s.keyframes.empty()) return result;
   s.graph.optimize();
+  s.loops.review(s.graph);
   result.trajectory = s.trajectory([&](std::size_t k) { return s.graph.T_map_body(k); });
   result.odometry = s.trajectory([&](std::size_t k) { return s.keyframes[k].T_map_body_odometry; });
   result.keyframes = s.keyframe_estimates();

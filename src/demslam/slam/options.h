@@ -18,9 +18,11 @@ struct SlamOptions {
   AnchoringOptions anchoring;
   LandmarkOptions landmarks;  ///< for terrain patches
 
-  bool use_loops = true;              ///< false: --no-loops
-  bool use_dem = true;                ///< false: --no-dem; without a DEM nothing changes
-  int optimize_every_keyframes = 50;  ///< batch optimisation in the run, besides those after a loop and at the end
+  bool use_loops = true;  ///< false: --no-loops
+  bool use_dem = true;    ///< false: --no-dem; without a DEM nothing changes
+  /// Optimisation in the run (graph.window_m of path, at a cost that does not grow), besides those after a loop; the
+  /// one at the end is a batch.
+  int optimize_every_keyframes = 10;
 };
 
 }  // namespace demslam
