@@ -11,6 +11,8 @@ void add_run(CLI::App& app);
 void add_replay(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_dem(CLI::App& app);
+void add_dem_observability(CLI::App& dem);
+void add_experiment(CLI::App& app);
 void add_map(CLI::App& app);
 void add_report(CLI::App& app);
 void add_models(CLI::App& app);

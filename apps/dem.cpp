@@ -135,6 +135,7 @@ void add_dem(CLI::App& app) {
   add_info(*command);
   add_crop(*command);
   add_perturb(*command);
+  add_dem_observability(*command);
 }
 
 }  // namespace demslam::apps

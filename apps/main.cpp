@@ -53,6 +53,7 @@ int run(int argc, char** argv) {
   add_replay(app);
   add_evaluate(app);
   add_dem(app);
+  add_experiment(app);
   add_map(app);
   add_report(app);
   add_models(app);

@@ -55,6 +55,7 @@ void print(const RunInputs& inputs, const RunReport& report) {
     fmt::print("  {:.1f} m in {:.1f} s ({:.0f} ms per frame)\n", path_length_m(report.result.trajectory),
                report.seconds, 1e3 * report.seconds / static_cast<double>(counters.frames));
   }
+  if (!counters.start_search.empty()) fmt::print("  start: {}\n", counters.start_search);
   if (report.resumed_at > inputs.first_frame) fmt::print("  resumed at frame {}\n", report.resumed_at);
   if (report.interrupted) fmt::print("  interrupted: the folder holds what was done; the same command goes on\n");
 }
@@ -83,6 +84,9 @@ void add_run(CLI::App& app) {
                       "TOML with T_map_body of the first frame; default: the dataset's start.toml");
   command->add_option("--map", inputs.map,
                       "run folder or map.db of an earlier run in the same map frame, to localise in");
+  command->add_option("--unknown-start", inputs.unknown_start_radius_m,
+                      "search for the start within so many metres of --start, or of the DEM's middle");
+  command->add_option("--heading-deg", inputs.heading_deg, "with --unknown-start: heading of the first frame");
   command->add_option("--format", inputs.format, "dataset format, when it is not recognised");
   command->add_option("--calibration", inputs.calibration, "calibration TOML, replaces the dataset's own");
   command->add_option("--extractor", arguments->extractor_model, "ONNX feature extractor (docs/models.md)");

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "demslam/anchoring/dem_factors.h"
+#include "demslam/anchoring/dem_shift_factor.h"
 #include "demslam/anchoring/patch_factor.h"
 #include "demslam/dem/wiener.h"
 
@@ -28,6 +29,20 @@ double tilt_of(const Pose& T_map_body) {
   return std::acos(std::clamp((T_map_body.rotation() * Eigen::Vector3d::UnitZ()).z(), -1.0, 1.0));
 }
 
+/// Standard deviation of a slope taken over two cells.
+double slope_sigma(const DemErrorModel& error, double cell_m) {
+  return std::sqrt(2.0 * (error.covariance(0.0) - error.covariance(2.0 * cell_m))) / (2.0 * cell_m);
+}
+
+void add_on_dem(PoseGraph& graph, const boost::shared_ptr<DemShiftFactor::PoseFactor>& factor,
+                const std::optional<std::uint64_t>& shift) {
+  if (shift) {
+    graph.add_factor(boost::make_shared<DemShiftFactor>(factor, *shift));
+  } else {
+    graph.add_factor(factor);
+  }
+}
+
 }  // namespace
 
 DemAnchor::DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& options,
@@ -37,14 +52,39 @@ DemAnchor::DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& opt
       error_{options.sigma_dem_m, options.dem_correlation_m},
       p_body_ground_(p_body_ground),
       T_body_left_(T_body_left) {
-  if (!options.filter_dem) return;
-  FilteredDem filtered = wiener_filtered(dem_->raster(), error_);
-  dem_ = std::make_shared<Dem>(std::move(filtered.dem), dem_->interpolation());
-  error_ = filtered.remaining;
+  if (options.filter_dem) {
+    FilteredDem filtered = wiener_filtered(dem_->raster(), error_);
+    dem_ = std::make_shared<Dem>(std::move(filtered.dem), dem_->interpolation());
+    error_ = filtered.remaining;
+  }
+  if (options.submap.recover || options.submap.factors)
+    submaps_.emplace(dem_, error_, options.patch, options.patch_factor, options.submap, T_body_left);
 }
 
 void DemAnchor::add_landmarks(KeyframeLandmarks landmarks) {
+  if (submaps_) submaps_->add(landmarks);
   if (options_.patches) landmarks_.push_back(std::move(landmarks));
+}
+
+/// Made with the first factor that needs it; none when the DEM's place is taken for granted.
+std::optional<std::uint64_t> DemAnchor::dem_shift_key(PoseGraph& graph) {
+  const bool doubted = options_.sigma_bias_m > 0.0 || options_.sigma_shift_m > 0.0;
+  if (doubted && !dem_shift_) {
+    constexpr double kNone = 1e-4;  // metres: an axis that is not in doubt
+    const double aside = std::max(kNone, options_.sigma_shift_m);
+    dem_shift_ = graph.add_shared({aside, aside, std::max(kNone, options_.sigma_bias_m)});
+  }
+  return dem_shift_;
+}
+
+Eigen::Vector3d DemAnchor::dem_shift_m(const PoseGraph& graph) const {
+  return dem_shift_ ? graph.shared(*dem_shift_) : Eigen::Vector3d::Zero();
+}
+
+AnchoringReport DemAnchor::report() const {
+  AnchoringReport report = report_;
+  if (submaps_) report.submaps = submaps_->report();
+  return report;
 }
 
 void DemAnchor::update(PoseGraph& graph) {
@@ -53,37 +93,83 @@ void DemAnchor::update(PoseGraph& graph) {
         seen_ == 0 ? 0.0 : (graph.T_map_body(seen_).translation() - graph.T_map_body(seen_ - 1).translation()).norm();
     path_since_anchor_m_ += step_m;
     stretch_m_ += step_m;
+    path_m_ += step_m;
     if (seen_ == 0 || path_since_anchor_m_ >= options_.spacing_m) {
       anchor(graph, seen_);
       path_since_anchor_m_ = 0.0;
     }
     if (options_.patches && stretch_m_ >= options_.patch.length_m) close_stretch(graph, seen_);
+    if (submaps_) submaps_->advance(graph, seen_, step_m);
   }
+}
+
+/// A slope below what the DEM's error alone makes is not believed.
+TerrainGradient DemAnchor::believed_slope(const DemSample& ground) {
+  if (!options_.full_gradient) return TerrainGradient::vertical_only;
+  if (!options_.gate || ground.gradient.norm() > slope_sigma(error_, dem_->raster().cell_m)) return TerrainGradient::full;
+  ++report_.gated_heights;
+  return TerrainGradient::vertical_only;
 }
 
 void DemAnchor::anchor(PoseGraph& graph, std::size_t keyframe) {
   if (!options_.height && !options_.normal) return;
-  const Eigen::Vector3d ground = graph.T_map_body(keyframe) * p_body_ground_;
-  if (!dem_->covers(ground.x(), ground.y())) {
+  const Eigen::Vector3d p = graph.T_map_body(keyframe) * p_body_ground_;
+  const auto ground = dem_->sample(p.x(), p.y());
+  if (!ground) {
     ++report_.skipped_outside;
     return;
   }
   if (options_.height) {
     const auto noise = robust(1, std::hypot(error_.sigma_m, options_.sigma_contact_m), options_.kernel_sigmas);
-    graph.add_factor(boost::make_shared<DemHeightFactor>(keyframe, dem_, p_body_ground_, noise, gradient(options_)));
+    add_on_dem(graph, boost::make_shared<DemHeightFactor>(keyframe, dem_, p_body_ground_, noise, believed_slope(*ground)),
+               dem_shift_key(graph));
     ++report_.height;
   }
-  if (options_.normal) add_normal(graph, keyframe);
+  if (options_.normal) add_normal(graph, keyframe, *ground);
 }
 
-void DemAnchor::add_normal(PoseGraph& graph, std::size_t keyframe) {
+/// Of the newest keyframe; looked up anew every 50 m.
+double DemAnchor::horizontal_sigma_m(const PoseGraph& graph) {
+  constexpr double kEvery_m = 50.0;
+  if (!horizontal_sigma_m_ || path_m_ - sigma_known_at_m_ > kEvery_m) {
+    sigma_known_at_m_ = path_m_;
+    const Eigen::Matrix3d R = graph.T_map_body(graph.size() - 1).rotation_matrix();
+    const Eigen::Matrix3d covariance = R * graph.newest_covariance().bottomRightCorner<3, 3>() * R.transpose();
+    horizontal_sigma_m_ = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
+  }
+  return *horizontal_sigma_m_;
+}
+
+void DemAnchor::add_normal(PoseGraph& graph, std::size_t keyframe, const DemSample& ground) {
   if (tilt_of(graph.T_map_body(keyframe)) > options_.max_tilt_deg * kRadPerDeg) {
     ++report_.skipped_tilt;
     return;
   }
-  const auto noise = robust(2, options_.sigma_normal_deg * kRadPerDeg, options_.kernel_sigmas);
-  graph.add_factor(boost::make_shared<DemNormalFactor>(keyframe, dem_, p_body_ground_, noise, gradient(options_)));
+  constexpr double kVague_rad = 12.0 * kRadPerDeg;
+  double sigma_rad = options_.sigma_normal_deg * kRadPerDeg;
+  if (options_.gate) {
+    const double elsewhere_rad = ground.hessian.norm() * horizontal_sigma_m(graph);
+    sigma_rad = std::hypot(sigma_rad, slope_sigma(error_, dem_->raster().cell_m), elsewhere_rad);
+  }
+  if (sigma_rad > kVague_rad) {
+    ++report_.skipped_vague;
+    return;
+  }
+  const auto noise = robust(2, sigma_rad, options_.kernel_sigmas);
+  const auto slope = options_.gate ? TerrainGradient::vertical_only : gradient(options_);
+  add_on_dem(graph, boost::make_shared<DemNormalFactor>(keyframe, dem_, p_body_ground_, noise, slope),
+             dem_shift_key(graph));
   ++report_.normal;
+}
+
+/// The evidence of the last patches, about five of them, decides: one alone is small.
+TerrainGradient DemAnchor::believed_relief(const TerrainPatch& patch, const Pose& T_map_body) {
+  if (!options_.gate) return TerrainGradient::full;
+  constexpr double kMemory = 0.8;
+  relief_evidence_ = kMemory * relief_evidence_ + relief_evidence(patch, T_map_body, *dem_, error_);
+  if (relief_evidence_ > 0.0) return TerrainGradient::full;
+  ++report_.gated_patches;
+  return TerrainGradient::vertical_only;
 }
 
 void DemAnchor::close_stretch(PoseGraph& graph, std::size_t end) {
@@ -94,7 +180,9 @@ void DemAnchor::close_stretch(PoseGraph& graph, std::size_t end) {
   }
   const auto patch = build_patch(stretch, middle, graph.T_map_body(middle), *dem_, options_.patch);
   if (patch) {
-    graph.add_factor(boost::make_shared<TerrainPatchFactor>(*patch, dem_, error_, options_.patch_factor));
+    add_on_dem(graph, boost::make_shared<TerrainPatchFactor>(*patch, dem_, error_, options_.patch_factor,
+                                                              believed_relief(*patch, graph.T_map_body(middle))),
+               dem_shift_key(graph));
     ++report_.patches;
     report_.patch_cells += static_cast<int>(patch->cells.size());
   } else {

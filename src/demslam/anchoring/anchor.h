@@ -1,9 +1,13 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "demslam/anchoring/patch_factor_options.h"
+#include "demslam/anchoring/submap_recovery.h"
+#include "demslam/anchoring/terrain_gradient.h"
 #include "demslam/anchoring/terrain_patch.h"
 #include "demslam/dem/dem.h"
 #include "demslam/geometry/pose.h"
@@ -23,10 +27,16 @@ struct AnchoringOptions {
   double sigma_normal_deg = 4.0;    ///< the DEM's slope error and wheelbase against cell
   double kernel_sigmas = 2.5;       ///< Cauchy, of height and normal
   bool full_gradient = true;        ///< false: the published height factor, whose Jacobian has only its vertical part
+  bool gate = true;  ///< slopes only where they are surer than the DEM's error, normals only where the place is sure enough
   double max_tilt_deg = 60.0;       ///< a keyframe estimated steeper than this gets no normal factor
   bool patches = false;             ///< terrain patches from landmarks; the surest position, needs add_landmarks()
   PatchOptions patch;
   PatchFactorOptions patch_factor;
+  SubmapOptions submap;           ///< search of whole submaps; needs add_landmarks()
+  double sigma_bias_m = 0.0;      ///< of the DEM as a whole, up or down: a state; 0: none
+  double sigma_shift_m = 0.0;     ///< and aside, per axis
+
+  bool needs_landmarks() const { return patches || submap.recover || submap.factors; }
 };
 
 /// What became of the keyframes that were due.
@@ -34,8 +44,11 @@ struct AnchoringReport {
   int height = 0, normal = 0;
   int skipped_outside = 0;  ///< outside the DEM or at a hole, at the estimate of that moment
   int skipped_tilt = 0;     ///< height factor only
+  int skipped_vague = 0;    ///< no normal factor: within the position's uncertainty the slope may be any
+  int gated_heights = 0, gated_patches = 0;  ///< factors whose slopes were not believed: vertical only
   int patches = 0, patch_cells = 0;
   int skipped_patches = 0;  ///< stretches of path with too little ground seen on the DEM
+  SubmapReport submaps;
 };
 
 /// Adds DEM factors to keyframes as they come. The DEM lies in the graph's map frame.
@@ -48,12 +61,18 @@ class DemAnchor {
   void add_landmarks(KeyframeLandmarks landmarks);
   /// Looks at every keyframe of the graph that it has not seen yet, at its present estimate.
   void update(PoseGraph& graph);
-  const AnchoringReport& report() const { return report_; }
+  AnchoringReport report() const;
+  /// How far the DEM itself is displaced (East, North, Up), as estimated; zero without such states.
+  Eigen::Vector3d dem_shift_m(const PoseGraph& graph) const;
 
  private:
   void anchor(PoseGraph& graph, std::size_t keyframe);
-  void add_normal(PoseGraph& graph, std::size_t keyframe);
+  void add_normal(PoseGraph& graph, std::size_t keyframe, const DemSample& ground);
+  TerrainGradient believed_slope(const DemSample& ground);
+  TerrainGradient believed_relief(const TerrainPatch& patch, const Pose& T_map_body);
+  double horizontal_sigma_m(const PoseGraph& graph);
   void close_stretch(PoseGraph& graph, std::size_t end);
+  std::optional<std::uint64_t> dem_shift_key(PoseGraph& graph);
 
   std::shared_ptr<const Dem> dem_;
   AnchoringOptions options_;
@@ -64,6 +83,11 @@ class DemAnchor {
   std::size_t seen_ = 0, stretch_begin_ = 0;
   double path_since_anchor_m_ = 0.0, stretch_m_ = 0.0;
   std::vector<KeyframeLandmarks> landmarks_;  ///< of the open stretch and later
+  std::optional<SubmapRecovery> submaps_;
+  double relief_evidence_ = 0.0;  ///< of the last patches: how much better the DEM's relief explains them than a plane
+  double path_m_ = 0.0, sigma_known_at_m_ = 0.0;
+  std::optional<double> horizontal_sigma_m_;  ///< at sigma_known_at_m_
+  std::optional<std::uint64_t> dem_shift_;  ///< the graph's key of the DEM's bias and shift
 };
 
 /// All keyframes of a graph at once.

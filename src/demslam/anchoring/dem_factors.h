@@ -5,15 +5,11 @@
 
 #include <memory>
 
+#include "demslam/anchoring/terrain_gradient.h"
 #include "demslam/dem/dem.h"
 #include "demslam/geometry/pose.h"
 
 namespace demslam {
-
-/// Which derivatives of the terrain a factor shows the optimiser. `vertical_only` is the published form: the height
-/// moves only the pose's z (and the normal only its attitude); `full` lets the slope correct the horizontal position
-/// too.
-enum class TerrainGradient { full, vertical_only };
 
 /// r = p_z - h(p_x, p_y) with p = T_map_body * p_body  (docs/conventions.md, "DEM factors"). `p_body` is the ground
 /// contact point or any point known to lie on the terrain. Inactive where the DEM has no value.

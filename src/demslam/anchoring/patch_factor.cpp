@@ -1,6 +1,8 @@
 #include "demslam/anchoring/patch_factor.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/QR>
 #include <boost/make_shared.hpp>
 #include <cmath>
 #include <utility>
@@ -10,19 +12,6 @@
 namespace demslam {
 namespace {
 
-Eigen::MatrixXd cell_covariance(const std::vector<PatchCell>& cells, const DemErrorModel& error) {
-  const Eigen::Index n = std::ssize(cells);
-  Eigen::MatrixXd covariance(n, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j < n; ++j) {
-      // Tilt of the body shortens no distance that matters against the correlation length.
-      covariance(i, j) = error.covariance((cells[i].p_body - cells[j].p_body).norm());
-    }
-    covariance(i, i) += cells[i].variance_m2;
-  }
-  return covariance;
-}
-
 gtsam::SharedNoiseModel robust_unit(std::size_t rows, double kernel_sigmas) {
   const double width = kernel_sigmas * std::sqrt(static_cast<double>(rows));
   return gtsam::noiseModel::Robust::Create(gtsam::noiseModel::mEstimator::Cauchy::Create(width),
@@ -31,11 +20,55 @@ gtsam::SharedNoiseModel robust_unit(std::size_t rows, double kernel_sigmas) {
 
 }  // namespace
 
+Eigen::MatrixXd cell_covariance(const std::vector<PatchCell>& cells, const DemErrorModel& dem_error) {
+  const Eigen::Index n = std::ssize(cells);
+  Eigen::MatrixXd covariance(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      // Tilt of the body shortens no distance that matters against the correlation length.
+      covariance(i, j) = dem_error.covariance((cells[i].p_body - cells[j].p_body).norm());
+    }
+    covariance(i, i) += cells[i].variance_m2;
+  }
+  return covariance;
+}
+
+double relief_evidence(const TerrainPatch& patch, const Pose& T_map_body, const Dem& dem,
+                       const DemErrorModel& dem_error) {
+  TerrainPatch covered;
+  std::vector<Eigen::Vector3d> points;
+  for (const PatchCell& cell : patch.cells) {
+    const Eigen::Vector3d p = T_map_body * cell.p_body;
+    if (!dem.covers(p.x(), p.y())) continue;
+    covered.cells.push_back(cell);
+    points.push_back(p);
+  }
+  const Eigen::Index n = std::ssize(points);
+  if (n < 4) return 0.0;
+  Eigen::MatrixX3d plane(n, 3);
+  Eigen::VectorXd seen(n), mapped(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    plane.row(i) << 1.0, points[i].x() - T_map_body.translation().x(), points[i].y() - T_map_body.translation().y();
+    seen[i] = points[i].z();
+    mapped[i] = *dem.height(points[i].x(), points[i].y());
+  }
+  const Eigen::VectorXd flat = plane * plane.colPivHouseholderQr().solve(mapped);
+  const Eigen::MatrixXd information = cell_covariance(covered.cells, dem_error).inverse();
+  const auto misfit = [&](const Eigen::VectorXd& expected) {
+    const Eigen::VectorXd r = seen - expected, weighted = information * r;
+    const double weight = information.sum();
+    return r.dot(weighted) - weighted.sum() * weighted.sum() / weight;
+  };
+  return misfit(flat) - misfit(mapped);
+}
+
 TerrainPatchFactor::TerrainPatchFactor(const TerrainPatch& patch, std::shared_ptr<const Dem> dem,
-                                       const DemErrorModel& dem_error, const PatchFactorOptions& options)
+                                       const DemErrorModel& dem_error, const PatchFactorOptions& options,
+                                       TerrainGradient gradient)
     : NoiseModelFactor1(robust_unit(patch.cells.size(), options.kernel_sigmas), patch.keyframe),
       cells_(patch.cells),
-      dem_(std::move(dem)) {
+      dem_(std::move(dem)),
+      gradient_(gradient) {
   const Eigen::MatrixXd covariance = cell_covariance(cells_, dem_error);
   soft_m_ = options.soft_sigmas * covariance.diagonal().cwiseSqrt();
   square_root_information_ = Eigen::MatrixXd::Identity(covariance.rows(), covariance.cols());
@@ -55,7 +88,8 @@ gtsam::Vector TerrainPatchFactor::evaluateError(const gtsam::Pose3& T_map_body,
     const double scaled = (p.z() - terrain->height_m) / soft_m_[i];
     residuals[i] = soft_m_[i] * std::asinh(scaled);
     if (!H) continue;
-    const Eigen::RowVector3d by_point(-terrain->gradient.x(), -terrain->gradient.y(), 1.0);
+    Eigen::RowVector3d by_point(0.0, 0.0, 1.0);
+    if (gradient_ == TerrainGradient::full) by_point.head<2>() = -terrain->gradient.transpose();
     jacobian.row(i) = by_point * point_jacobian(T_map_body, cells_[i].p_body) / std::sqrt(1.0 + scaled * scaled);
   }
   if (H) *H = square_root_information_.triangularView<Eigen::Lower>() * jacobian;

@@ -6,9 +6,18 @@
 #include <memory>
 
 #include "demslam/anchoring/patch_factor_options.h"
+#include "demslam/anchoring/terrain_gradient.h"
 #include "demslam/anchoring/terrain_patch.h"
 
 namespace demslam {
+
+/// Covariance of the cells' residuals on a DEM: the DEM's error between them, and each cell's own.
+Eigen::MatrixXd cell_covariance(const std::vector<PatchCell>& cells, const DemErrorModel& dem_error);
+
+/// How much better (chi-square) the DEM's relief explains the patch than the plane through it does, heights free in both.
+/// Negative where the DEM's relief is its error: there its slopes say nothing about the place.
+double relief_evidence(const TerrainPatch& patch, const Pose& T_map_body, const Dem& dem,
+                       const DemErrorModel& dem_error);
 
 /// A patch of seen ground lies on the DEM: per cell z - h(x, y) with the full gradient, whitened by the covariance of
 /// the DEM's error between the cells plus each cell's own variance. A single cell that disagrees is softened (asinh)
@@ -17,7 +26,7 @@ namespace demslam {
 class TerrainPatchFactor : public gtsam::NoiseModelFactor1<gtsam::Pose3> {
  public:
   TerrainPatchFactor(const TerrainPatch& patch, std::shared_ptr<const Dem> dem, const DemErrorModel& dem_error,
-                     const PatchFactorOptions& options);
+                     const PatchFactorOptions& options, TerrainGradient gradient = TerrainGradient::full);
   gtsam::Vector evaluateError(const gtsam::Pose3& T_map_body,
                               boost::optional<gtsam::Matrix&> H = boost::none) const override;
   bool active(const gtsam::Values& values) const override;
@@ -26,6 +35,7 @@ class TerrainPatchFactor : public gtsam::NoiseModelFactor1<gtsam::Pose3> {
  private:
   std::vector<PatchCell> cells_;
   std::shared_ptr<const Dem> dem_;
+  TerrainGradient gradient_;
   Eigen::VectorXd soft_m_;                   ///< per cell
   Eigen::MatrixXd square_root_information_;  ///< W with W^T W = scale * covariance^-1, lower triangular
 };

@@ -17,9 +17,9 @@ struct Sounding {
 
 using Cells = std::map<std::pair<int, int>, std::vector<Sounding>>;
 
-std::optional<Sounding> sound(const PosedLandmarks& view, const LandmarkPoint& landmark, const Dem& dem) {
+std::optional<Sounding> sound(const PosedLandmarks& view, const LandmarkPoint& landmark, const Dem* dem) {
   const Eigen::Vector3d p_map = view.T_map_left * landmark.p_left;
-  const auto terrain = dem.sample(p_map.x(), p_map.y());
+  const auto terrain = dem != nullptr ? dem->sample(p_map.x(), p_map.y()) : std::optional(DemSample{});
   if (!terrain) return std::nullopt;
   const Eigen::Vector3d across(-terrain->gradient.x(), -terrain->gradient.y(),
                                1.0);  // height error of a position error
@@ -36,7 +36,7 @@ std::pair<int, int> cell_of(const Eigen::Vector3d& p_map, double cell_m) {
   return {static_cast<int>(std::floor(u / cell_m)), static_cast<int>(std::floor(v / cell_m))};
 }
 
-Cells sort_into_cells(const std::vector<PosedLandmarks>& stretch, const Dem& dem, double cell_m) {
+Cells sort_into_cells(const std::vector<PosedLandmarks>& stretch, const Dem* dem, double cell_m) {
   Cells cells;
   for (const PosedLandmarks& view : stretch) {
     for (const LandmarkPoint& landmark : *view.points) {
@@ -74,10 +74,8 @@ std::optional<PatchCell> average(const std::vector<Sounding>& soundings, const P
   return cell;
 }
 
-}  // namespace
-
-std::optional<TerrainPatch> build_patch(const std::vector<PosedLandmarks>& stretch, std::size_t keyframe,
-                                        const Pose& T_map_body, const Dem& dem, const PatchOptions& options) {
+std::optional<TerrainPatch> patch_over(const Dem* dem, const std::vector<PosedLandmarks>& stretch,
+                                       std::size_t keyframe, const Pose& T_map_body, const PatchOptions& options) {
   TerrainPatch patch{.keyframe = keyframe};
   const Pose T_body_map = T_map_body.inverse();
   for (const auto& [index, soundings] : sort_into_cells(stretch, dem, options.cell_m)) {
@@ -86,6 +84,18 @@ std::optional<TerrainPatch> build_patch(const std::vector<PosedLandmarks>& stret
   }
   if (std::ssize(patch.cells) < options.min_cells) return std::nullopt;
   return patch;
+}
+
+}  // namespace
+
+std::optional<TerrainPatch> build_patch(const std::vector<PosedLandmarks>& stretch, std::size_t keyframe,
+                                        const Pose& T_map_body, const Dem& dem, const PatchOptions& options) {
+  return patch_over(&dem, stretch, keyframe, T_map_body, options);
+}
+
+std::optional<TerrainPatch> build_patch(const std::vector<PosedLandmarks>& stretch, std::size_t keyframe,
+                                        const Pose& T_map_body, const PatchOptions& options) {
+  return patch_over(nullptr, stretch, keyframe, T_map_body, options);
 }
 
 }  // namespace demslam

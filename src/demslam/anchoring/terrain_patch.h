@@ -55,5 +55,9 @@ struct PosedLandmarks {
 /// DEM otherwise. Nothing where the DEM has no value or too few cells remain.
 std::optional<TerrainPatch> build_patch(const std::vector<PosedLandmarks>& stretch, std::size_t keyframe,
                                         const Pose& T_map_body, const Dem& dem, const PatchOptions& options);
+/// The same without a DEM, before the rover knows where it is: heights are judged as they are, so the gate should leave
+/// room for the slope inside a cell.
+std::optional<TerrainPatch> build_patch(const std::vector<PosedLandmarks>& stretch, std::size_t keyframe,
+                                        const Pose& T_map_body, const PatchOptions& options);
 
 }  // namespace demslam

@@ -110,20 +110,51 @@ void landmark_fields(Io& io, O& o) {
 }
 
 template <class Io, class O>
+void acceptance_fields(Io& io, O& o) {
+  io.field("peak_distance_m", o.peak_distance_m);
+  io.field("peak_chi_square", o.peak_chi_square);
+  io.field("max_misfit", o.max_misfit);
+  io.field("min_cells", o.min_cells);
+  io.field("max_sigma_m", o.max_sigma_m);
+}
+
+template <class Io, class O>
+void submap_fields(Io& io, O& o) {
+  io.field("recover", o.recover);
+  io.field("factors", o.factors);
+  io.field("length_m", o.length_m);
+  io.field("every_m", o.every_m);
+  io.field("disagree_m", o.disagree_m);
+  io.field("step_m", o.step_m);
+  io.field("min_window_m", o.min_window_m);
+  io.field("max_window_m", o.max_window_m);
+  io.field("window_sigmas", o.window_sigmas);
+  io.field("min_window_deg", o.min_window_deg);
+  io.field("max_window_deg", o.max_window_deg);
+  io.field("sigma_tilt_deg", o.sigma_tilt_deg);
+  io.section("acceptance", [&](Io& section) { acceptance_fields(section, o.acceptance); });
+}
+
+template <class Io, class O>
 void anchoring_fields(Io& io, O& o) {
   io.field("height", o.height);
   io.field("spacing_m", o.spacing_m);
   io.field("sigma_dem_m", o.sigma_dem_m);
   io.field("dem_correlation_m", o.dem_correlation_m);
+  io.field("filter_dem", o.filter_dem);
+  io.field("sigma_bias_m", o.sigma_bias_m);
+  io.field("sigma_shift_m", o.sigma_shift_m);
   io.field("sigma_contact_m", o.sigma_contact_m);
   io.field("normal", o.normal);
   io.field("sigma_normal_deg", o.sigma_normal_deg);
   io.field("kernel_sigmas", o.kernel_sigmas);
   io.field("full_gradient", o.full_gradient);
+  io.field("gate", o.gate);
   io.field("max_tilt_deg", o.max_tilt_deg);
   io.field("patches", o.patches);
   io.section("patch", [&](Io& section) { patch_fields(section, o.patch); });
   io.section("patch_factor", [&](Io& section) { patch_factor_fields(section, o.patch_factor); });
+  io.section("submap", [&](Io& section) { submap_fields(section, o.submap); });
 }
 
 template <class Io, class O>

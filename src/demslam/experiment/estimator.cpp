@@ -2,22 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
+#include "demslam/anchoring/sky_factors.h"
 #include "demslam/base/time.h"
 
 namespace demslam {
 namespace {
-
-constexpr double kStartSigma_m = 0.01, kStartSigma_rad = 0.01 * std::numbers::pi / 180.0;
-
-Matrix6d start_covariance() {
-  Vector6d variance;
-  variance << Eigen::Vector3d::Constant(kStartSigma_rad * kStartSigma_rad),
-      Eigen::Vector3d::Constant(kStartSigma_m * kStartSigma_m);
-  return variance.asDiagonal();
-}
 
 double root_mean(double sum, std::size_t count) { return std::sqrt(sum / static_cast<double>(count)); }
 
@@ -56,18 +47,19 @@ class Drive {
       anchor_.emplace(std::make_shared<Dem>(traverse.dem), estimator.anchoring, Eigen::Vector3d::Zero(),
                       traverse.T_body_left);
     }
-    graph_.add_keyframe(traverse.T_map_body.front());
-    graph_.add_prior(0, traverse.T_map_body.front(), start_covariance());
+    graph_.add_keyframe(traverse.T_map_start);
+    graph_.add_prior(0, traverse.T_map_start, traverse.start_covariance);
     look(0);
   }
 
   void advance(const RelativePose& motion) {
     graph_.add_keyframe(graph_.T_map_body(motion.i) * graph_.corrected_odometry(motion));
     graph_.add_odometry(motion);
-    look(motion.j);
     const double step_m = motion.T_i_j.translation().norm();
+    since_sun_m_ += step_m;
     since_optimised_m_ += step_m;
-    if (!anchor_ || since_optimised_m_ < estimator_.optimise_every_m) return;
+    look(motion.j);
+    if ((!anchor_ && !estimator_.sun) || since_optimised_m_ < estimator_.optimise_every_m) return;
     since_optimised_m_ = 0.0;
     const auto length = static_cast<std::size_t>(std::ceil(estimator_.window_m / step_m));
     graph_.optimize_window(motion.j > length ? motion.j - length : 0);
@@ -78,16 +70,23 @@ class Drive {
 
  private:
   void look(std::size_t keyframe) {
+    if (estimator_.sun && since_sun_m_ >= estimator_.sun_every_m) see_sun(keyframe);
     if (!anchor_) return;
     anchor_->add_landmarks(traverse_.landmarks[keyframe]);
     anchor_->update(graph_);
+  }
+
+  void see_sun(std::size_t keyframe) {
+    since_sun_m_ = 0.0;
+    graph_.add_factor(
+        sun_factor(keyframe, traverse_.sun_map, traverse_.sun_body[keyframe], estimator_.sun_sigma_deg));
   }
 
   const Traverse& traverse_;
   const Estimator& estimator_;
   PoseGraph graph_;
   std::optional<DemAnchor> anchor_;
-  double since_optimised_m_ = 0.0;
+  double since_optimised_m_ = 0.0, since_sun_m_ = 0.0;
 };
 
 }  // namespace
@@ -96,26 +95,61 @@ Estimator odometry_only() { return {.name = "odometry", .anchored = false}; }
 
 Estimator published_factors() {
   Estimator estimator{.name = "published factors"};
-  estimator.anchoring.full_gradient = false;
+  estimator.anchoring.full_gradient = estimator.anchoring.gate = false;
   return estimator;
 }
 
-Estimator full_gradient() { return {.name = "full gradient"}; }
+Estimator full_gradient() {
+  Estimator estimator{.name = "full gradient"};
+  estimator.anchoring.gate = false;
+  return estimator;
+}
 
-Estimator full_gradient_states() { return {.name = "full gradient + states", .systematic = {.enabled = true}}; }
+Estimator full_gradient_states() {
+  return {.name = "gated full gradient + states", .systematic = {.enabled = true}};
+}
 
 Estimator terrain_patches() {
-  Estimator estimator{.name = "terrain patches + states", .systematic = {.enabled = true}};
+  Estimator estimator{.name = "patches + states", .systematic = {.enabled = true}};
   estimator.anchoring.height = estimator.anchoring.normal = false;
   estimator.anchoring.patches = true;
+  estimator.anchoring.gate = false;
   return estimator;
 }
 
 Estimator filtered_patches() {
   Estimator estimator = terrain_patches();
-  estimator.name = "filtered terrain patches + states";
+  estimator.name = "filtered patches + states";
   estimator.anchoring.filter_dem = true;
+  estimator.anchoring.gate = true;
   return estimator;
+}
+
+Estimator submaps() {
+  Estimator estimator = filtered_patches();
+  estimator.name = "submaps + states";
+  estimator.anchoring.patches = false;
+  estimator.anchoring.submap.factors = estimator.anchoring.submap.recover = true;
+  return estimator;
+}
+
+Estimator everything() {
+  Estimator estimator = filtered_patches();
+  estimator.name = "all";
+  estimator.anchoring.submap.recover = true;
+  return estimator;
+}
+
+Estimator with_sun(Estimator estimator) {
+  estimator.name += " + sun";
+  estimator.sun = true;
+  return estimator;
+}
+
+std::vector<Estimator> terrain_estimators() {
+  return {odometry_only(),   published_factors(), full_gradient(), full_gradient_states(),
+          terrain_patches(), filtered_patches(),  submaps(),       everything(),
+          with_sun(odometry_only()), with_sun(everything())};
 }
 
 EstimateScore estimate(const Traverse& traverse, const Estimator& estimator) {

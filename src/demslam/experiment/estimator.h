@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "demslam/anchoring/anchor.h"
 #include "demslam/experiment/traverse.h"
@@ -14,6 +15,9 @@ struct Estimator {
   bool anchored = true;
   AnchoringOptions anchoring;
   SystematicOptions systematic;
+  bool sun = false;                ///< the measured sun direction, every
+  double sun_every_m = 10.0;
+  double sun_sigma_deg = 0.3;
   double window_m = 100.0;         ///< path that is optimised while driving
   double optimise_every_m = 10.0;  ///< while driving; a batch over everything closes the run
 };
@@ -21,9 +25,13 @@ struct Estimator {
 Estimator odometry_only();
 Estimator published_factors();     ///< height with its vertical Jacobian, normal
 Estimator full_gradient();         ///< height and normal with theirs
-Estimator full_gradient_states();  ///< and the odometry's systematic errors as states
+Estimator full_gradient_states();  ///< gated, and the odometry's systematic errors as states
 Estimator terrain_patches();       ///< landmark patches and systematic errors
-Estimator filtered_patches();      ///< the same on the Wiener-filtered DEM
+Estimator filtered_patches();      ///< the same on the Wiener-filtered DEM, gated
+Estimator submaps();               ///< whole submaps searched for every 50 m instead of patches
+Estimator everything();            ///< filtered patches, states, and a search that brings a lost estimate back
+Estimator with_sun(Estimator estimator);
+std::vector<Estimator> terrain_estimators();  ///< all of these
 
 /// Errors of one estimated traverse, unaligned, over its keyframes.
 struct EstimateScore {

@@ -1,8 +1,10 @@
 #include "demslam/experiment/terrain_experiment.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <optional>
+
+#include "demslam/evaluation/nees.h"
+#include "demslam/experiment/parallel.h"
 
 namespace demslam {
 namespace {
@@ -23,47 +25,84 @@ double median(const Scores& scores, Figure figure) {
   return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
 }
 
-ExperimentRow row_of(const std::string& name, const Scores& scores) {
-  return {.estimator = name,
+double mean(const Scores& scores, Figure figure) {
+  double sum = 0.0;
+  for (const EstimateScore& score : scores) sum += score.*figure;
+  return sum / static_cast<double>(scores.size());
+}
+
+ExperimentRow row_of(const std::string& scene, const std::string& estimator, const Scores& scores) {
+  const double freedom = 3.0 * static_cast<double>(scores.size());
+  return {.scene = scene,
+          .estimator = estimator,
+          .seeds = static_cast<int>(scores.size()),
           .median_ate_m = median(scores, &EstimateScore::ate_m),
           .worst_ate_m = sorted(scores, &EstimateScore::ate_m).back(),
           .median_horizontal_m = median(scores, &EstimateScore::horizontal_m),
           .median_vertical_m = median(scores, &EstimateScore::vertical_m),
           .median_end_m = median(scores, &EstimateScore::end_m),
+          .mean_nees = mean(scores, &EstimateScore::nees),
           .median_nees = median(scores, &EstimateScore::nees),
           .worst_nees = sorted(scores, &EstimateScore::nees).back(),
+          .nees_low = chi_square_quantile(0.025, freedom) / freedom,
+          .nees_high = chi_square_quantile(0.975, freedom) / freedom,
           .median_ms_per_keyframe = median(scores, &EstimateScore::ms_per_keyframe)};
+}
+
+/// One scene with one seed, and what came out.
+struct Job {
+  TerrainScene scene;
+  ScoresByEstimator scores;
+};
+
+std::vector<Job> jobs_of(const TerrainExperiment& experiment) {
+  std::vector<Job> jobs;
+  for (const TerrainScene& scene : experiment.scenes) {
+    for (int i = 0; i < experiment.seeds; ++i) {
+      jobs.push_back({scene, {}});
+      jobs.back().scene.traverse.seed = experiment.first_seed + static_cast<std::uint64_t>(i);
+    }
+  }
+  return jobs;
+}
+
+/// The estimators that the store does not know yet, on a traverse made for them.
+void finish(Job& job, const TerrainExperiment& experiment, const SeedStore* store, const Progress& progress) {
+  if (store != nullptr) job.scores = store->load(job.scene);
+  std::optional<Traverse> traverse;
+  for (const Estimator& estimator : experiment.estimators) {
+    if (job.scores.contains(estimator.name)) continue;
+    if (progress.stop_requested()) return;
+    if (!traverse) traverse = make_traverse(job.scene.traverse);
+    job.scores[estimator.name] = estimate(*traverse, estimator);
+    if (store != nullptr) store->save(job.scene, job.scores);
+  }
+}
+
+Scores scores_of(const std::vector<Job>& jobs, const std::string& scene, const std::string& estimator) {
+  Scores scores;
+  for (const Job& job : jobs) {
+    const auto score = job.scores.find(estimator);
+    if (job.scene.name == scene && score != job.scores.end()) scores.push_back(score->second);
+  }
+  return scores;
 }
 
 }  // namespace
 
-std::vector<ExperimentRow> terrain_experiment(const TerrainExperiment& experiment, const Progress& progress) {
-  std::vector<Scores> scores(experiment.estimators.size());
-  for (int seed = 0; seed < experiment.seeds && !progress.stop_requested(); ++seed) {
-    TraverseOptions options = experiment.traverse;
-    options.seed += static_cast<std::uint64_t>(seed);
-    const Traverse traverse = make_traverse(options);
-    for (std::size_t e = 0; e < scores.size(); ++e) scores[e].push_back(estimate(traverse, experiment.estimators[e]));
-    progress.report(static_cast<std::size_t>(seed + 1), static_cast<std::size_t>(experiment.seeds));
-  }
+std::vector<ExperimentRow> terrain_experiment(const TerrainExperiment& experiment, const SeedStore* store,
+                                              const Progress& progress) {
+  std::vector<Job> jobs = jobs_of(experiment);
+  for_each_in_parallel(jobs.size(), experiment.threads, progress,
+                       [&](std::size_t i) { finish(jobs[i], experiment, store, progress); });
   std::vector<ExperimentRow> rows;
-  for (std::size_t e = 0; e < scores.size(); ++e) {
-    if (!scores[e].empty()) rows.push_back(row_of(experiment.estimators[e].name, scores[e]));
+  for (const TerrainScene& scene : experiment.scenes) {
+    for (const Estimator& estimator : experiment.estimators) {
+      const Scores scores = scores_of(jobs, scene.name, estimator.name);
+      if (!scores.empty()) rows.push_back(row_of(scene.name, estimator.name, scores));
+    }
   }
   return rows;
-}
-
-std::string markdown_table(const std::vector<ExperimentRow>& rows) {
-  std::string table =
-      "| estimator | ATE median [m] | worst [m] | horizontal [m] | vertical [m] | end [m] | NEES median | worst | ms "
-      "per keyframe |\n"
-      "| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
-  for (const ExperimentRow& r : rows) {
-    table += fmt::format("| {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {:.1f} | {:.1f} |\n",
-                         r.estimator, r.median_ate_m, r.worst_ate_m, r.median_horizontal_m, r.median_vertical_m,
-                         r.median_end_m, r.median_nees, r.worst_nees, r.median_ms_per_keyframe);
-  }
-  return table;
 }
 
 }  // namespace demslam

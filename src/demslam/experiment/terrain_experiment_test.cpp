@@ -3,10 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <stop_token>
 
 namespace demslam {
 namespace {
+
+TerrainExperiment small_experiment() {
+  return {.scenes = {{"small", {.length_m = 60.0}}},
+          .estimators = {odometry_only(), published_factors()},
+          .seeds = 5};
+}
 
 TEST(Estimators, TheMoreOfTheTerrainTheyUseTheBetterTheyKnowWhereTheyAre) {
   const Traverse traverse = make_traverse({.length_m = 378.0, .odometry = OdometryErrors{}.times(3.0), .seed = 3});
@@ -44,12 +51,44 @@ TEST(Traverse, PerfectSensorsSeeTheTruth) {
 TEST(TerrainExperiment, GivesOneRowPerEstimatorOverTheSeedsDoneWhenStopped) {
   std::stop_source stop;
   const Progress progress{[&](std::size_t, std::size_t) { stop.request_stop(); }, stop.get_token()};
-  const auto rows = terrain_experiment(
-      {.traverse = {.length_m = 60.0}, .estimators = {odometry_only(), published_factors()}, .seeds = 5}, progress);
-  ASSERT_EQ(rows.size(), 2U);
-  EXPECT_EQ(rows[0].estimator, "odometry");
-  EXPECT_EQ(rows[0].median_ate_m, rows[0].worst_ate_m);  // one seed only
-  EXPECT_THAT(markdown_table(rows), testing::HasSubstr("| published factors |"));
+  TerrainExperiment experiment = small_experiment();
+  experiment.threads = 1;
+  experiment.estimators = {odometry_only()};
+  const auto rows = terrain_experiment(experiment, nullptr, progress);
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].seeds, 1);
+  EXPECT_EQ(rows[0].median_ate_m, rows[0].worst_ate_m);
+}
+
+TEST(TerrainExperiment, HasTheSameFiguresWhateverTheNumberOfThreadsAndWhenItGoesOn) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "terrain_experiment";
+  std::filesystem::remove_all(folder);
+  const SeedStore store(folder);
+  TerrainExperiment experiment = small_experiment();
+  experiment.seeds = 1;
+  terrain_experiment(experiment, &store);
+  experiment.seeds = 3;
+  const std::string resumed = experiment_json(terrain_experiment(experiment, &store));
+  experiment.threads = 1;
+  EXPECT_EQ(resumed, experiment_json(terrain_experiment(experiment)));
+  EXPECT_EQ(resumed, experiment_json(terrain_experiment(experiment, &store)));
+}
+
+TEST(TerrainExperiment, FinishedSeedsAreNotDrivenAgain) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "terrain_experiment_kept";
+  std::filesystem::remove_all(folder);
+  const SeedStore store(folder);
+  TerrainScene scene = small_experiment().scenes.front();
+  store.save(scene, {{"odometry", {.ate_m = 42.0}}});
+  EXPECT_EQ(store.load(scene).at("odometry").ate_m, 42.0);
+  scene.traverse.dem.bias_m = 1.0;
+  EXPECT_TRUE(store.load(scene).empty());  // another traverse
+}
+
+TEST(TerrainExperiment, MarkdownBeginsWithAColumnPerScene) {
+  const std::vector<ExperimentRow> rows = {{.scene = "a", .estimator = "x", .median_ate_m = 1.0},
+                                           {.scene = "b", .estimator = "x", .median_ate_m = 2.0}};
+  EXPECT_THAT(experiment_markdown(rows), testing::HasSubstr("| estimator | a | b |\n| --- | --- | --- |\n| x | 1.00 | 2.00 |"));
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kLaneSpacing = 200.0, kLongestLane = 1500.0, kMargin = 120.0;  // metres
 
 // Random streams of one seed.
-enum Stream : std::uint64_t { kRouteStream = 1, kOdometryStream, kLandmarkStream, kDemStream };
+enum Stream : std::uint64_t { kRouteStream = 1, kOdometryStream, kLandmarkStream, kStartStream, kSunStream, kDemStream };
 
 Vector6d random_twist(Random& random, double rotation_sigma, double translation_sigma) {
   Vector6d xi;
@@ -133,6 +133,36 @@ KeyframeLandmarks seen_from(const Terrain& terrain, const Pose& T_map_left, int 
   return landmarks;
 }
 
+/// The believed start: a centimetre and a hundredth of a degree sure, or as wrong as asked for.
+void believe_start(Traverse& traverse, const TraverseOptions& options) {
+  constexpr double kSigma_m = 0.01, kSigma_rad = 0.01 * kRadPerDeg;
+  Random random(options.seed, kStartStream);
+  const double direction = random.uniform(0.0, 2.0 * std::numbers::pi), error_rad = options.start_error_deg * kRadPerDeg;
+  const Pose& truth = traverse.T_map_body.front();
+  const Eigen::AngleAxisd turn(random.uniform() < 0.5 ? error_rad : -error_rad, Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d away(std::cos(direction), std::sin(direction), 0.0);
+  traverse.T_map_start =
+      Pose(Eigen::Quaterniond(turn) * truth.rotation(), truth.translation() + options.start_error_m * away);
+  const double sigma_m = std::hypot(kSigma_m, options.start_error_m), sigma_rad = std::hypot(kSigma_rad, error_rad);
+  Vector6d variance;
+  variance << kSigma_rad * kSigma_rad, kSigma_rad * kSigma_rad, sigma_rad * sigma_rad,
+      Eigen::Vector3d::Constant(sigma_m * sigma_m);
+  traverse.start_covariance = variance.asDiagonal();
+}
+
+/// A low sun, as at the poles.
+void measure_sun(Traverse& traverse, const TraverseOptions& options) {
+  constexpr double kElevation_rad = 10.0 * kRadPerDeg;
+  Random random(options.seed, kSunStream);
+  const double azimuth = random.uniform(0.0, 2.0 * std::numbers::pi), sigma = options.sun_sigma_deg * kRadPerDeg;
+  traverse.sun_map = {std::cos(azimuth) * std::cos(kElevation_rad), std::sin(azimuth) * std::cos(kElevation_rad),
+                      std::sin(kElevation_rad)};
+  for (const Pose& T_map_body : traverse.T_map_body) {
+    const Vector6d error = random_twist(random, sigma, 0.0);
+    traverse.sun_body.push_back((T_map_body * Pose::exp(error)).rotation().conjugate() * traverse.sun_map);
+  }
+}
+
 DemRaster orbital_dem(const Terrain& terrain, const Trajectory& trajectory, const TraverseOptions& options) {
   DemRaster dem = averaged_ground(terrain, trajectory, {.cell_m = options.dem.cell_m, .margin_m = kMargin});
   const auto& lengths = options.dem.noise_lengths_m;
@@ -168,6 +198,8 @@ Traverse make_traverse(const TraverseOptions& options) {
     traverse.landmarks.back().keyframe = traverse.T_map_body.size();
     traverse.T_map_body.push_back(stamped.pose);
   }
+  believe_start(traverse, options);
+  measure_sun(traverse, options);
   traverse.odometry = measured_motions(traverse.T_map_body, options);
   traverse.dem = orbital_dem(terrain, trajectory, options);
   return traverse;

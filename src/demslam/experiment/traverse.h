@@ -25,7 +25,7 @@ struct OdometryErrors {
 struct OrbitalDem {
   double cell_m = 5.0;
   double noise_rms_m = 0.5;
-  std::vector<double> noise_lengths_m = {10.0};
+  std::vector<double> noise_lengths_m = {4.0, 12.0, 40.0};  ///< the estimators are not told
   double bias_m = 0.0;
   Eigen::Vector2d shift_m = Eigen::Vector2d::Zero();
 };
@@ -38,6 +38,9 @@ struct TraverseOptions {
   OdometryErrors odometry;
   OrbitalDem dem;
   int landmarks_per_keyframe = 40;  ///< 3 to 25 m ahead, 3 % of them wrong
+  double sun_sigma_deg = 0.3;       ///< of the measured sun direction, per axis
+  double start_error_m = 0.0;       ///< the start is believed this far from where it is, in a random direction,
+  double start_error_deg = 0.0;     ///< turned by this much; the believed sigmas are as large
   std::uint64_t seed = 1;
 };
 
@@ -47,6 +50,10 @@ struct Traverse {
   std::vector<Pose> T_map_body;              ///< truth, per keyframe
   std::vector<RelativePose> odometry;        ///< keyframe k-1 to k; covariance of the random walk alone
   std::vector<KeyframeLandmarks> landmarks;  ///< per keyframe
+  Eigen::Vector3d sun_map;                   ///< unit vector towards the sun
+  std::vector<Eigen::Vector3d> sun_body;     ///< as measured, per keyframe
+  Pose T_map_start;                          ///< as believed
+  Matrix6d start_covariance;                 ///< of its right perturbation
   Pose T_body_left;
   DemRaster dem;
 };

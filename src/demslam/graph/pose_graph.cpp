@@ -164,6 +164,26 @@ void PoseGraph::add_odometry(const RelativePose& m) {
   }
 }
 
+std::uint64_t PoseGraph::add_shared(const Eigen::Vector3d& sigma) {
+  State& s = *state_;
+  const gtsam::Key key = gtsam::Symbol('v', s.shared++);
+  s.values.insert(key, gtsam::Vector3(gtsam::Vector3::Zero()));
+  s.factors.add(boost::make_shared<gtsam::PriorFactor<gtsam::Vector3>>(key, gtsam::Vector3(gtsam::Vector3::Zero()),
+                                                                       gtsam::noiseModel::Diagonal::Sigmas(sigma)),
+                size() - 1);
+  return key;
+}
+
+void PoseGraph::move(std::size_t first, const Pose& T_correction) {
+  State& s = *state_;
+  s.past = {};
+  for (std::size_t k = first; k < size(); ++k) {
+    s.poses[k] = T_correction * s.poses[k];
+    if (s.values.exists(k)) s.values.update(gtsam::Key(k), to_gtsam(s.poses[k]));
+  }
+}
+
+Eigen::Vector3d PoseGraph::shared(std::uint64_t key) const { return state_->values.at<gtsam::Vector3>(key); }
 std::size_t PoseGraph::size() const { return state_->poses.size(); }
 std::size_t PoseGraph::variables() const { return state_->values.size(); }
 std::size_t PoseGraph::batches() const { return state_->batches; }

@@ -2,6 +2,7 @@
 
 #include <boost/shared_ptr.hpp>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -78,6 +79,12 @@ class PoseGraph {
   std::size_t add_loop(const RelativePose& measurement);
   void add_factor(const boost::shared_ptr<gtsam::NonlinearFactor>& factor);
 
+  /// A three-vector that factors of any keyframe may share (a DEM's shift), with a zero-mean prior of these standard
+  /// deviations. Returns its key.
+  std::uint64_t add_shared(const Eigen::Vector3d& sigma);
+  /// T_map_body := T_correction * T_map_body from keyframe `first` on: a better place to begin the next optimize().
+  void move(std::size_t first, const Pose& T_correction);
+
   /// All keyframes in batch. Throws Error when a keyframe is tied to nothing (no prior, no odometry). Loops that
   /// contradict the others are switched off, by graduated non-convexity over all loops ever added, so that one switched
   /// off earlier may come back.
@@ -98,6 +105,7 @@ class PoseGraph {
   std::size_t batches() const;  ///< how often everything may have moved
   double path_m(std::size_t keyframe) const;  ///< measured by odometry, since keyframe 0
   const Pose& T_map_body(std::size_t keyframe) const;
+  Eigen::Vector3d shared(std::uint64_t key) const;
   /// All zero when systematic states are off.
   SystematicErrors systematic_errors(std::size_t keyframe) const;
   /// The odometry's measurement with the present estimate of its systematic errors taken out.

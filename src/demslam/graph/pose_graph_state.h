@@ -39,7 +39,7 @@ struct PoseGraph::State {
   std::vector<Known> known;  ///< in the order of their keyframes
   Matrix4d systematic_covariance = Matrix4d::Zero();
   CondensedPast past;
-  std::size_t stretches = 0, folded_until = 1, batches = 0, loops_waiting = 0;
+  std::size_t stretches = 0, folded_until = 1, batches = 0, loops_waiting = 0, shared = 0;
   double path_at_batch_m = 0.0;
 
   void add(const FactorTable::Factor& factor);

@@ -51,7 +51,8 @@ struct Backend::State {
   LoopClosure loops;
   Relocaliser relocaliser;
   std::unique_ptr<EarlierMap> earlier_map;
-  std::optional<DemAnchor> anchor;  ///< none without a DEM
+  std::optional<DemAnchor> anchor;          ///< none without a DEM
+  std::optional<StartSearch> start_search;  ///< until the start is found
   std::vector<Keyframe> keyframes;
   std::vector<FramePlace> frames;  ///< tracked ones
   SlamCounters counters;
@@ -70,6 +71,10 @@ struct Backend::State {
         loops(o.loops, rig.T_body_left, verifier()),
         relocaliser(o.loops, rig.T_body_left) {
     if (dem) anchor.emplace(dem, o.anchoring, rig.p_body_ground, rig.T_body_left);
+    if (!start.search) return;
+    const DemErrorModel error{o.anchoring.sigma_dem_m, o.anchoring.dem_correlation_m};
+    start_search.emplace(dem, error, o.anchoring.patch, o.anchoring.patch_factor, *start.search, rig.T_body_left);
+    counters.start_search = "no fix: too short a way";
   }
 
   /// Asks the images, or what they said in the run that is repeated.
@@ -117,13 +122,37 @@ struct Backend::State {
     keyframes.push_back({result.t_ns, keyframes[odometry_ij.i].T_map_body_odometry * odometry_ij.T_i_j});
   }
 
-  void anchor_keyframe(const OdometryResult& result) {
-    if (!anchor) return;
-    if (options.anchoring.patches) {
+  /// True when the estimate was moved to another place.
+  bool anchor_keyframe(const OdometryResult& result) {
+    if (!anchor) return false;
+    if (options.anchoring.needs_landmarks() || start_search) {
       const auto seen = features.at(result.keyframe);
-      anchor->add_landmarks(ground_landmarks(result.keyframe, rig, *seen, options.odometry.motion, options.landmarks));
+      KeyframeLandmarks ground =
+          ground_landmarks(result.keyframe, rig, *seen, options.odometry.motion, options.landmarks);
+      if (start_search) start_search->add(ground);
+      anchor->add_landmarks(std::move(ground));
     }
+    if (start_search && !find_start(result.keyframe)) return false;
+    const bool found = start_search.has_value();
+    start_search.reset();
+    const int moved = anchor->report().submaps.moved;
     anchor->update(graph);
+    return found || anchor->report().submaps.moved > moved;
+  }
+
+  /// Moves everything into the map once the ground seen so far has been found there.
+  bool find_start(std::size_t keyframe) {
+    const Pose& T_now = graph.T_map_body(keyframe);
+    const Pose& T_before = graph.T_map_body(keyframe == 0 ? 0 : keyframe - 1);
+    const auto T_map_own =
+        start_search->advance(graph, keyframe, (T_now.translation() - T_before.translation()).norm());
+    if (start_search->searches() > 0) counters.start_search = "no fix: " + to_string(start_search->fix().status);
+    if (!T_map_own) return false;
+    graph.move(0, *T_map_own);
+    for (Keyframe& k : keyframes) k.T_map_body_odometry = *T_map_own * k.T_map_body_odometry;
+    graph.add_prior(start_search->keyframe(), start_search->fix().T_map_body, start_search->fix().covariance);
+    counters.start_search = "found";
+    return true;
   }
 
   FramePlace place(const OdometryResult& result) const {
@@ -164,14 +193,14 @@ struct Backend::State {
       keyframe.odometry = measurement(result);
       extend_graph(result, *keyframe.odometry);
     }
-    anchor_keyframe(result);
+    const bool moved = anchor_keyframe(result);
     const Stopwatch loop;
     close_loops(result.status == Tracking::bridged, keyframe);
     record.loop = best_of(keyframe.loops);
     record.loop_ms = loop.elapsed_ms();
     const Stopwatch optimization;
-    record.optimized = optimization_is_due(record.loop) || has_accepted(keyframe.earlier_map);
-    if (record.optimized) graph.optimize_recent();
+    record.optimized = moved || optimization_is_due(record.loop) || has_accepted(keyframe.earlier_map);
+    if (record.optimized) moved ? graph.optimize() : graph.optimize_recent();
     record.optimize_ms = optimization.elapsed_ms();
   }
 
@@ -200,7 +229,8 @@ struct Backend::State {
 
 Backend::Backend(const RectifiedRig& rig, Matcher& matcher, std::shared_ptr<const Dem> dem, const StartPrior& start,
                  const SlamOptions& options, FeatureSource stored) {
-  if (dem) check_start_on_dem(*dem, start.T_map_body);
+  if (start.search && !dem) throw Error("a search for the start needs a DEM; pass --dem FILE");
+  if (dem && !start.search) check_start_on_dem(*dem, start.T_map_body);
   state_ = std::make_unique<State>(rig, matcher, std::move(dem), start, options, std::move(stored));
 }
 

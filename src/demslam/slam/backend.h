@@ -2,8 +2,10 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "demslam/anchoring/start_search.h"
 #include "demslam/dem/dem.h"
 #include "demslam/geometry/trajectory.h"
 #include "demslam/slam/options.h"
@@ -50,6 +52,7 @@ struct SlamCounters {
   int relocalised = 0;     ///< losses behind which an older keyframe was seen again
   int in_earlier_map = 0;  ///< keyframes placed by the map of an earlier run
   AnchoringReport anchoring;
+  std::string start_search = {};  ///< empty: the start was known; "found", or "no fix: " and why
 };
 
 struct SlamResult {
@@ -63,6 +66,8 @@ struct SlamResult {
 struct StartPrior {
   Pose T_map_body;
   Matrix6d covariance = Matrix6d::Identity();
+  /// Instead of that: nothing, but that the start is somewhere in there. Needs a DEM.
+  std::optional<StartSearchOptions> search = std::nullopt;
 };
 
 /// What follows the odometry: keyframe -> DEM factors -> loop closure -> optimisation. Sees no image, so that one

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <future>
+#include <numbers>
 #include <ranges>
 
 #include "demslam/base/error.h"
@@ -67,6 +68,22 @@ StartPose chosen_start(const RunInputs& inputs, const StereoSequence& sequence, 
         ": a DEM needs to know where the rover starts; pass --start FILE with T_map_body (see docs/datasets.md)");
   }
   return {};
+}
+
+/// No more than a circle to search in; the graph begins in a frame of its own.
+StartPrior unknown_start(const RunInputs& inputs, const StereoSequence& sequence, const Dem* dem) {
+  if (dem == nullptr) throw Error("--unknown-start needs a DEM to search in; pass --dem FILE");
+  constexpr double kAnywhere_rad = 10.0;
+  const auto start = inputs.start ? std::optional(read_start_pose(*inputs.start)) : sequence.start();
+  const MapWindow extent = dem->raster().extent();
+  const Eigen::Vector2d middle(0.5 * (extent.west_m + extent.east_m), 0.5 * (extent.south_m + extent.north_m));
+  StartSearchOptions search;
+  search.fix.centre_m = start ? Eigen::Vector2d(start->T_map_body.translation().head<2>()) : middle;
+  search.fix.radius_m = inputs.unknown_start_radius_m;
+  if (inputs.heading_deg) search.fix.heading_rad = *inputs.heading_deg * std::numbers::pi / 180.0;
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(kAnywhere_rad), Eigen::Vector3d::Constant(10.0 * search.fix.radius_m);
+  return {Pose(), sigma.cwiseAbs2().asDiagonal(), search};
 }
 
 std::size_t last_frame(const RunInputs& inputs, const StereoSequence& sequence) {
@@ -151,8 +168,10 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
   const std::string inputs_json = inputs_text(inputs, *sequence, dem_file, options);
   const std::size_t end = last_frame(inputs, *sequence);
   std::optional<MapStore> opened;  // once everything else has proved sound
-  Slam slam(rectifier.rig(), make_frontend(options.frontend), dem,
-            prior_of(chosen_start(inputs, *sequence, dem != nullptr)), options,
+  const StartPrior start = inputs.unknown_start_radius_m > 0.0
+                               ? unknown_start(inputs, *sequence, dem.get())
+                               : prior_of(chosen_start(inputs, *sequence, dem != nullptr));
+  Slam slam(rectifier.rig(), make_frontend(options.frontend), dem, start, options,
             [&](std::size_t keyframe) { return opened->features(keyframe); });
 
   if (inputs.map) {
@@ -173,7 +192,8 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
   const auto write_results = [&] {
     report.result = slam.finish();
     recorder.finish(report.result);
-    folder.write_result(report.result, dem ? &dem->raster().frame : nullptr);
+    const bool placed = dem && !report.result.counters.start_search.starts_with("no fix");
+    folder.write_result(report.result, placed ? &dem->raster().frame : nullptr);
     folder.write_summary(summary_text(inputs, inputs_json, report));
   };
 

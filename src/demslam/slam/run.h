@@ -19,6 +19,9 @@ struct RunInputs {
   std::optional<std::filesystem::path> calibration;  ///< replaces the dataset's own
   std::optional<std::filesystem::path> start;        ///< start.toml; default: the dataset's own
   std::optional<std::filesystem::path> map;          ///< of an earlier run in the same map frame, or its folder
+  double unknown_start_radius_m = 0.0;               ///< above 0: the start is only known to be within this distance of
+                                                     ///< `start`, or of the DEM's middle where there is none
+  std::optional<double> heading_deg;                 ///< of the first frame, where something tells it all the same
   std::filesystem::path output;                      ///< the run folder
   bool overwrite = false;                            ///< an earlier run there is removed; else it goes on
   std::size_t first_frame = 0, max_frames = 0;       ///< 0: to the end

@@ -42,7 +42,11 @@ Json counters_json(const SlamCounters& counters) {
             {"skipped_tilt", counters.anchoring.skipped_tilt},
             {"patches", counters.anchoring.patches},
             {"patch_cells", counters.anchoring.patch_cells},
-            {"skipped_patches", counters.anchoring.skipped_patches}}}};
+            {"skipped_patches", counters.anchoring.skipped_patches},
+            {"submaps_searched", counters.anchoring.submaps.searched},
+            {"submaps_accepted", counters.anchoring.submaps.accepted},
+            {"submaps_moved", counters.anchoring.submaps.moved}}},
+          {"start_search", counters.start_search}};
 }
 
 /// Paths taken out: a dataset may have been moved.
@@ -97,6 +101,8 @@ std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence,
   for (const fs::path& file : sequence.definition_files()) json["files"].push_back(file_json(file));
   if (inputs.start) json["start"] = file_json(*inputs.start);
   if (dem) json["dem"] = file_json(*dem);
+  if (inputs.unknown_start_radius_m > 0.0) json["unknown_start_radius_m"] = inputs.unknown_start_radius_m;
+  if (inputs.heading_deg) json["heading_deg"] = *inputs.heading_deg;
   const SensorFiles sensors = sensor_files(inputs, sequence, options);
   for (const auto& file : {sensors.imu, sensors.wheels}) {
     if (file) json["files"].push_back(file_json(*file));

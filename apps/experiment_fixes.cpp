@@ -1,0 +1,48 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "demslam/base/error.h"
+#include "demslam/base/text.h"
+#include "demslam/experiment/fix_experiment.h"
+#include "experiments.h"
+#include "progress_bar.h"
+
+namespace demslam::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  fs::path output;
+  FixExperiment experiment;
+};
+
+void run(const Arguments& a) {
+  std::error_code failure;
+  fs::create_directories(a.output, failure);
+  if (failure) throw Error(a.output.string() + ": cannot be made: " + failure.message());
+  ProgressBar bar("fixes", "worlds");
+  const Table table = fix_table(fix_experiment(a.experiment, bar.progress()));
+  write_text(a.output / "fixes.csv", csv_table(table));
+  fmt::print("{}", text_table(table));
+}
+
+}  // namespace
+
+void add_fixes_experiment(CLI::App& experiments) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = experiments.add_subcommand(
+      "fixes", "how often a search for a submap finds the place, and how often a wrong one, without images");
+  command->add_option("-o,--output", a->output, "folder for the table")->required();
+  command->add_option("--seeds", a->experiment.seeds, "worlds per relief")->check(CLI::PositiveNumber);
+  command->add_option("--first-seed", a->experiment.first_seed, "seed of the first world");
+  command->add_option("--start-error-m", a->experiment.start_errors_m, "how far off the search begins");
+  command->add_option("--anywhere-m", a->experiment.global_radius_m, "also search this radius without a start");
+  command->add_option("--threads", a->experiment.threads, "worlds at the same time")->check(CLI::PositiveNumber);
+  command->footer("Example:\n  demslam experiment fixes --seeds 3 -o runs/fixes");
+  command->callback([a] { run(*a); });
+}
+
+}  // namespace demslam::apps

@@ -1,0 +1,113 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "demslam/anchoring/observability.h"
+#include "demslam/anchoring/start_search.h"
+#include "demslam/experiment/estimator.h"
+#include "demslam/experiment/fix_experiment.h"
+
+namespace demslam {
+namespace {
+
+TEST(SubmapRecovery, BringsARoverBackThatBelievesToStartTwentyMetresAway) {
+  const Traverse traverse = make_traverse({.length_m = 200.0, .start_error_m = 20.0, .start_error_deg = 2.0, .seed = 4});
+  EXPECT_GT(estimate(traverse, odometry_only()).horizontal_m, 10.0);
+  const EstimateScore found = estimate(traverse, everything());
+  EXPECT_GE(found.anchoring.submaps.moved, 1);
+  EXPECT_LT(found.horizontal_m, 2.0);
+}
+
+TEST(SubmapRecovery, LeavesAGoodEstimateAlone) {
+  const Traverse traverse = make_traverse({.length_m = 200.0, .seed = 4});
+  const EstimateScore score = estimate(traverse, everything());
+  EXPECT_GE(score.anchoring.submaps.searched, 2);
+  EXPECT_EQ(score.anchoring.submaps.moved, 0);
+}
+
+TEST(FixExperiment, CountsNoWrongFixOnHighlandAndMare) {
+  const auto rows = fix_experiment({.reliefs = {Relief::highland, Relief::mare}, .traverse = {.length_m = 150.0}, .start_errors_m = {20.0}, .seeds = 2});
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_GT(rows[0].accepted, 0);
+  for (const FixRow& row : rows) EXPECT_EQ(row.wrong, 0) << row.relief;
+}
+
+/// Odometry alone, in a frame of its own.
+PoseGraph unplaced(const Traverse& traverse) {
+  PoseGraph graph;
+  graph.add_keyframe(Pose());
+  graph.add_prior(0, Pose(), Matrix6d::Identity());
+  for (const RelativePose& motion : traverse.odometry) {
+    graph.add_keyframe(graph.T_map_body(motion.i) * motion.T_i_j);
+    graph.add_odometry(motion);
+  }
+  return graph;
+}
+
+std::optional<Pose> way_into_the_map(const Traverse& traverse, const PoseGraph& graph, std::shared_ptr<const Dem> dem,
+                                     const Eigen::Vector2d& centre) {
+  StartSearch search(std::move(dem), {}, {}, {}, {.fix = {.centre_m = centre, .radius_m = 60.0}}, traverse.T_body_left);
+  for (std::size_t k = 0; k < graph.size(); ++k) {
+    search.add(traverse.landmarks[k]);
+    if (const auto T = search.advance(graph, k, k == 0 ? 0.0 : 2.0)) return T;
+  }
+  return std::nullopt;
+}
+
+TEST(StartSearch, FindsWhereADriveWithoutAStartTookPlace) {
+  const Traverse traverse = make_traverse({.length_m = 160.0, .seed = 9});
+  const PoseGraph graph = unplaced(traverse);
+  const Eigen::Vector2d near = traverse.T_map_body[30].translation().head<2>() + Eigen::Vector2d(30.0, -20.0);
+  const auto T_map_own = way_into_the_map(traverse, graph, std::make_shared<Dem>(traverse.dem), near);
+  ASSERT_TRUE(T_map_own.has_value());
+  const Eigen::Vector3d found = (*T_map_own * graph.T_map_body(20)).translation();
+  EXPECT_LT((found - traverse.T_map_body[20].translation()).head<2>().norm(), 4.0);
+}
+
+TEST(StartSearch, SaysNothingOnTheDemOfAnotherPlace) {
+  const Traverse traverse = make_traverse({.length_m = 120.0, .seed = 9}), other = make_traverse({.length_m = 120.0, .seed = 10});
+  EXPECT_FALSE(way_into_the_map(traverse, unplaced(traverse), std::make_shared<Dem>(other.dem), {0.0, 0.0}));
+}
+
+TEST(Observability, PredictsTheSizeOfTheErrorsWithinAFactorOfThree) {
+  double measured2 = 0.0, predicted2 = 0.0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const Traverse traverse = make_traverse({.length_m = 300.0, .seed = seed});
+    std::vector<Eigen::Vector2d> route;
+    for (const Pose& T : traverse.T_map_body) route.push_back(T.translation().head<2>());
+    ObservabilityOptions options{.start_sigma_m = 0.01, .start_sigma_deg = 0.01};
+    options.anchoring = filtered_patches().anchoring;
+    const auto predicted = predict_along(route, std::make_shared<Dem>(traverse.dem), options);
+    for (const PredictedPose& p : predicted) predicted2 += std::pow(p.horizontal_after_m, 2) / (4.0 * static_cast<double>(predicted.size()));
+    measured2 += std::pow(estimate(traverse, filtered_patches()).horizontal_m, 2) / 4.0;
+  }
+  EXPECT_GT(std::sqrt(predicted2), std::sqrt(measured2) / 3.0);
+  EXPECT_LT(std::sqrt(predicted2), std::sqrt(measured2) * 3.0);
+}
+
+TEST(Observability, WithoutReliefIsAsVagueAsTheOdometryAndReliefMakesItSure) {
+  DemRaster plain{.rows = 60, .cols = 60, .cell_m = 5.0, .west_m = -150.0, .north_m = 150.0};
+  plain.heights.assign(3600, 0.0F);
+  DemRaster waves = plain;
+  for (int row = 0; row < 60; ++row) {
+    for (int col = 0; col < 60; ++col) {
+      const Eigen::Vector2d p = plain.centre(row, col);
+      waves.at(row, col) = static_cast<float>(4.0 * std::sin(0.1 * p.x()) * std::cos(0.12 * p.y()));
+    }
+  }
+  const std::vector<Eigen::Vector2d> route = {{-100.0, 0.0}, {100.0, 20.0}};
+  const auto on_plain = predict_along(route, std::make_shared<Dem>(plain), {}).back();
+  const auto on_waves = predict_along(route, std::make_shared<Dem>(waves), {}).back();
+  EXPECT_GT(on_plain.horizontal_m, 0.95 * on_plain.odometry_horizontal_m);
+  EXPECT_LT(on_waves.horizontal_m, 0.5 * on_waves.odometry_horizontal_m);
+  EXPECT_LT(predicted_sigma(Dem(waves), {}).at(15, 15), 1.0F);
+  EXPECT_GT(predicted_sigma(Dem(plain), {}).at(15, 15), 100.0F);
+}
+
+TEST(Sun, BoundsTheHeadingWhereTheGroundIsFlat) {
+  const Traverse traverse = make_traverse({.relief = Relief::flat, .length_m = 378.0, .odometry = OdometryErrors{}.times(5.0), .seed = 2});
+  EXPECT_LT(estimate(traverse, with_sun(odometry_only())).horizontal_m, 0.7 * estimate(traverse, odometry_only()).horizontal_m);
+}
+
+}  // namespace
+}  // namespace demslam
