@@ -72,6 +72,23 @@ TEST(DemAnchor, AnchorsOncePerSpacingAndEachKeyframeOnce) {
   EXPECT_EQ(anchor.report().normal, 14);
 }
 
+TEST(DemAnchor, BelievesNoSlopeBelowTheDemsOwnError) {
+  const auto dem = std::make_shared<Dem>(waves());
+  PoseGraph graph = climbing(*dem);
+  const AnchoringReport sure = add_dem_factors(graph, dem, {.sigma_dem_m = 0.01, .normal = false}, kLever);
+  const AnchoringReport unsure = add_dem_factors(graph, dem, {.sigma_dem_m = 5.0, .normal = false}, kLever);
+  EXPECT_LT(sure.gated_heights, sure.height / 4);
+  EXPECT_EQ(unsure.gated_heights, unsure.height);
+}
+
+TEST(DemAnchor, GivesNoNormalWhereThePlaceIsTooVague) {
+  const auto dem = std::make_shared<Dem>(waves());
+  PoseGraph graph;
+  graph.add_keyframe(Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(25.0, 0.0, 1.0)));
+  graph.add_prior(0, graph.T_map_body(0), 2500.0 * Matrix6d::Identity());
+  EXPECT_EQ(add_dem_factors(graph, dem, {}, kLever).skipped_vague, 1);
+}
+
 TEST(DemAnchor, CountsWhatLiesOutsideOrInHoles) {
   DemRaster holed = waves();
   for (int col = 0; col < 20; ++col) holed.at(17, col) = std::numeric_limits<float>::quiet_NaN();

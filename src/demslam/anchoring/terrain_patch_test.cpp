@@ -139,6 +139,25 @@ TEST(TerrainPatchFactor, WhitensByTheDemsErrorBetweenItsCells) {
               1e-5 * r.squaredNorm());
 }
 
+TEST(ReliefEvidence, IsPositiveOnTrueReliefAndNegativeWhereTheReliefIsTheDemsError) {
+  const auto ground = rough();
+  EXPECT_GT(relief_evidence(patch_of(*ground, landmarks(*ground, 400)), kMiddle, *ground, {}), 10.0);
+  DemRaster level{.rows = 60, .cols = 60, .cell_m = 5.0, .west_m = -150.0, .north_m = 150.0};
+  level.heights.assign(3600, 0.0F);
+  const Dem plain(level);
+  const Dem noisy(perturb(level, {.noise_m = {.rms = 0.5, .correlation_length_m = 10.0, .seed = 4}}));
+  EXPECT_LT(relief_evidence(patch_of(plain, landmarks(plain, 400)), kMiddle, noisy, {}), -2.0);
+}
+
+TEST(TerrainPatchFactor, WithoutItsGradientMovesNothingSideways) {
+  const auto dem = rough();
+  const TerrainPatchFactor factor(patch_of(*dem, landmarks(*dem, 300)), dem, {}, {}, TerrainGradient::vertical_only);
+  gtsam::Matrix H;
+  factor.evaluateError(to_gtsam(Pose(Eigen::Quaterniond::Identity(), kMiddle.translation())), H);
+  EXPECT_LT(H.block(0, 3, H.rows(), 2).norm(), 1e-9);
+  EXPECT_GT(H.col(5).norm(), 1.0);
+}
+
 TEST(TerrainPatchFactor, IsInactiveOffTheDem) {
   const auto dem = rough();
   const auto factor = factor_of(patch_of(*dem, landmarks(*dem, 300)), dem);

@@ -181,6 +181,7 @@ template <class Io, class O>
 void slam_fields(Io& io, O& o) {
   io.field("use_loops", o.use_loops);
   io.field("use_dem", o.use_dem);
+  io.field("use_sun", o.use_sun);
   io.field("optimize_every_keyframes", o.optimize_every_keyframes);
   io.section("frontend", [&](Io& section) { frontend_fields(section, o.frontend); });
   io.section("odometry", [&](Io& section) { odometry_fields(section, o.odometry); });

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "demslam/anchoring/sky_factors.h"
 #include "demslam/base/error.h"
 #include "demslam/graph/pose_graph.h"
 #include "demslam/slam/feature_cache.h"
@@ -53,6 +54,7 @@ struct Backend::State {
   std::unique_ptr<EarlierMap> earlier_map;
   std::optional<DemAnchor> anchor;          ///< none without a DEM
   std::optional<StartSearch> start_search;  ///< until the start is found
+  std::vector<SunMeasurement> sun;
   std::vector<Keyframe> keyframes;
   std::vector<FramePlace> frames;  ///< tracked ones
   SlamCounters counters;
@@ -120,6 +122,18 @@ struct Backend::State {
     graph.add_keyframe(graph.T_map_body(odometry_ij.i) * graph.corrected_odometry(odometry_ij));
     graph.add_odometry(odometry_ij);
     keyframes.push_back({result.t_ns, keyframes[odometry_ij.i].T_map_body_odometry * odometry_ij.T_i_j});
+  }
+
+  void see_sun(const OdometryResult& result) {
+    constexpr TimestampNs kHalfSecond = 500'000'000;
+    const auto later = std::ranges::lower_bound(sun, result.t_ns - kHalfSecond, {}, &SunMeasurement::t_ns);
+    const auto end = std::ranges::upper_bound(sun, result.t_ns + kHalfSecond, {}, &SunMeasurement::t_ns);
+    const auto nearest = std::min_element(later, end, [&](const SunMeasurement& a, const SunMeasurement& b) {
+      return std::abs(a.t_ns - result.t_ns) < std::abs(b.t_ns - result.t_ns);
+    });
+    if (nearest == end || !nearest->sun_map) return;
+    graph.add_factor(sun_factor(result.keyframe, *nearest->sun_map, nearest->sun_body, nearest->sigma_deg));
+    ++counters.suns;
   }
 
   /// True when the estimate was moved to another place.
@@ -193,6 +207,7 @@ struct Backend::State {
       keyframe.odometry = measurement(result);
       extend_graph(result, *keyframe.odometry);
     }
+    if (options.use_sun) see_sun(result);
     const bool moved = anchor_keyframe(result);
     const Stopwatch loop;
     close_loops(result.status == Tracking::bridged, keyframe);
@@ -235,6 +250,8 @@ Backend::Backend(const RectifiedRig& rig, Matcher& matcher, std::shared_ptr<cons
 }
 
 Backend::~Backend() = default;
+
+void Backend::set_sun(std::vector<SunMeasurement> sun) { state_->sun = std::move(sun); }
 
 FrameRecord Backend::add(const OdometryResult& result) {
   State& s = *state_;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "demslam/anchoring/start_search.h"
+#include "demslam/dataset/sun_sensor.h"
 #include "demslam/dem/dem.h"
 #include "demslam/geometry/trajectory.h"
 #include "demslam/slam/options.h"
@@ -52,6 +53,7 @@ struct SlamCounters {
   int relocalised = 0;     ///< losses behind which an older keyframe was seen again
   int in_earlier_map = 0;  ///< keyframes placed by the map of an earlier run
   AnchoringReport anchoring;
+  std::size_t suns = 0;  ///< keyframes that saw the sun
   std::string start_search = {};  ///< empty: the start was known; "found", or "no fix: " and why
 };
 
@@ -78,6 +80,9 @@ class Backend {
   /// keyframes back; without it they stay in memory. Throws Error when the DEM has no height at the start.
   Backend(const RectifiedRig& rig, Matcher& matcher, std::shared_ptr<const Dem> dem, const StartPrior& start,
           const SlamOptions& options, FeatureSource stored = {});
+  /// Sun directions with both vectors, in increasing time; a keyframe takes the nearest within half a second. Call before
+  /// the first result.
+  void set_sun(std::vector<SunMeasurement> sun);
   ~Backend();
 
   /// Results of one odometry, every frame in turn.

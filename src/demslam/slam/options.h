@@ -20,6 +20,7 @@ struct SlamOptions {
 
   bool use_loops = true;  ///< false: --no-loops
   bool use_dem = true;    ///< false: --no-dem; without a DEM nothing changes
+  bool use_sun = true;    ///< sun directions of the dataset's sun.csv
   /// Optimisation in the run (graph.window_m of path, at a cost that does not grow), besides those after a loop; the
   /// one at the end is a batch.
   int optimize_every_keyframes = 10;

@@ -177,7 +177,9 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
   if (inputs.map) {
     slam.backend().use(std::make_unique<EarlierMap>(map_file(*inputs.map), rectifier.rig(), options.loops));
   }
-  slam.odometry().set_sensors(read_sensors(sensor_files(inputs, *sequence, options)));
+  const SensorFiles sensors = sensor_files(inputs, *sequence, options);
+  slam.odometry().set_sensors(read_sensors(sensors));
+  if (sensors.sun) slam.backend().set_sun(read_sun(*sensors.sun));
   RunFolder folder(inputs.output);
   MapStore& map = opened.emplace(open_map(inputs, folder, {rectifier.rig(), inputs.config_toml, inputs_json}, end));
   resume(slam, map, pair_source(*sequence, rectifier));

@@ -46,6 +46,7 @@ Json counters_json(const SlamCounters& counters) {
             {"submaps_searched", counters.anchoring.submaps.searched},
             {"submaps_accepted", counters.anchoring.submaps.accepted},
             {"submaps_moved", counters.anchoring.submaps.moved}}},
+          {"suns", counters.suns},
           {"start_search", counters.start_search}};
 }
 
@@ -89,9 +90,11 @@ fs::path map_file(const fs::path& map_or_run) {
 SensorFiles sensor_files(const RunInputs& inputs, const StereoSequence& sequence, const SlamOptions& options) {
   SensorFiles files;
   if (sequence.format() != "demslam") return files;  // elsewhere the sensors' frames are not the body's
-  const fs::path imu = inputs.dataset / "imu.txt", wheels = inputs.dataset / "wheels.txt";
+  const fs::path imu = inputs.dataset / "imu.txt", wheels = inputs.dataset / "wheels.txt",
+                 sun = inputs.dataset / "sun.csv";
   if (options.odometry.lost.use_imu && fs::exists(imu)) files.imu = imu;
   if (options.odometry.lost.use_wheels && fs::exists(wheels)) files.wheels = wheels;
+  if (options.use_sun && fs::exists(sun)) files.sun = sun;
   return files;
 }
 
@@ -104,7 +107,7 @@ std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence,
   if (inputs.unknown_start_radius_m > 0.0) json["unknown_start_radius_m"] = inputs.unknown_start_radius_m;
   if (inputs.heading_deg) json["heading_deg"] = *inputs.heading_deg;
   const SensorFiles sensors = sensor_files(inputs, sequence, options);
-  for (const auto& file : {sensors.imu, sensors.wheels}) {
+  for (const auto& file : {sensors.imu, sensors.wheels, sensors.sun}) {
     if (file) json["files"].push_back(file_json(*file));
   }
   if (inputs.map) json["map"] = file_json(map_file(*inputs.map));

@@ -12,9 +12,10 @@ namespace demslam {
 /// The map itself, where a run folder stands for it.
 std::filesystem::path map_file(const std::filesystem::path& map_or_run);
 
-/// What may bridge bad frames: imu.txt and wheels.txt of a demslam dataset, where they are there and switched on.
+/// What may bridge bad frames, imu.txt and wheels.txt, and what tells the heading, sun.csv, of a demslam dataset, where
+/// they are there and switched on.
 struct SensorFiles {
-  std::optional<std::filesystem::path> imu, wheels;
+  std::optional<std::filesystem::path> imu, wheels, sun;
 };
 SensorFiles sensor_files(const RunInputs& inputs, const StereoSequence& sequence, const SlamOptions& options);
 
