@@ -4,6 +4,8 @@
 #include <numbers>
 #include <utility>
 
+#include "demslam/anchoring/explained_relief.h"
+
 namespace demslam {
 namespace {
 
@@ -21,12 +23,15 @@ TerrainFix global_fix(const TerrainPatch& submap, const Pose& T_level_body, std:
                       const GlobalFixOptions& options) {
   if (std::ssize(submap.cells) < options.acceptance.min_cells) return {.cells = submap.cells.size()};
   const double sigma_tilt_rad = options.sigma_tilt_deg * std::numbers::pi / 180.0;
-  const TerrainSearch search(submap, search_centre(T_level_body, options), std::move(dem), dem_error, factor,
-                             sigma_tilt_rad);
+  const TerrainSearch search(submap, search_centre(T_level_body, options), dem, dem_error, factor, sigma_tilt_rad);
   const SearchWindow window{.radius_m = options.radius_m,
                             .step_m = options.step_m,
                             .heading_rad = options.heading_rad ? options.heading_tolerance_rad : std::numbers::pi};
-  return judged(search, search.scan(window), options.acceptance);
+  TerrainFix fix = judged(search, search.scan(window), options.acceptance);
+  constexpr double kExplained = 0.8;  // of the submap's relief, by the DEM: many places have been tried
+  if (fix.accepted() && explained_relief(submap, fix.T_map_body, *dem, dem_error) < kExplained)
+    fix.status = FixStatus::misfit;
+  return fix;
 }
 
 }  // namespace demslam

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <utility>
 
+#include "demslam/anchoring/explained_relief.h"
+
 namespace demslam {
 namespace {
 
@@ -102,7 +104,10 @@ TerrainFix judged(const TerrainSearch& search, std::vector<TerrainMatch> places,
   fix.covariance = (best.information + 1e-9 * Matrix6d::Identity()).inverse();
   fix.chi_square = best.chi_square;
   fix.second_chi_square = second_best(best, places, acceptance.peak_distance_m);
-  fix.status = verdict(fix, best.at_edge, acceptance);
+  const bool at_edge = std::any_of(found.begin(), found.end(), [&](const TerrainMatch& other) {
+    return other.at_edge && distance_m(other, best) < 1.0;  // several starts come to the same place
+  });
+  fix.status = verdict(fix, at_edge, acceptance);
   return fix;
 }
 
@@ -110,9 +115,12 @@ TerrainFix align_submap(const TerrainPatch& submap, const Pose& T_map_body, cons
                         std::shared_ptr<const Dem> dem, const DemErrorModel& dem_error,
                         const PatchFactorOptions& factor, const SubmapOptions& options) {
   if (std::ssize(submap.cells) < options.acceptance.min_cells) return {.cells = submap.cells.size()};
-  const TerrainSearch search(submap, T_map_body, std::move(dem), dem_error, factor,
-                             options.sigma_tilt_deg * kRadPerDeg);
-  return judged(search, search.scan(window_of(T_map_body, covariance, options)), options.acceptance);
+  const TerrainSearch search(submap, T_map_body, dem, dem_error, factor, options.sigma_tilt_deg * kRadPerDeg);
+  TerrainFix fix = judged(search, search.scan(window_of(T_map_body, covariance, options)), options.acceptance);
+  constexpr double kExplained = 0.6;  // of the submap's relief, by the DEM
+  if (fix.accepted() && explained_relief(submap, fix.T_map_body, *dem, dem_error) < kExplained)
+    fix.status = FixStatus::misfit;
+  return fix;
 }
 
 }  // namespace demslam
