@@ -65,6 +65,13 @@ double second_best(const TerrainMatch& best, const std::vector<TerrainMatch>& pl
   return second;
 }
 
+/// The scanned place that lies nearest to where the refinement ended.
+const TerrainMatch& nearest(const std::vector<TerrainMatch>& scanned, const TerrainMatch& best) {
+  return *std::min_element(scanned.begin(), scanned.end(), [&](const TerrainMatch& a, const TerrainMatch& b) {
+    return distance_m(a, best) < distance_m(b, best);
+  });
+}
+
 FixStatus verdict(const TerrainFix& fix, bool at_edge, const FixAcceptance& a) {
   const auto cells = static_cast<double>(fix.cells);
   if (at_edge) return FixStatus::at_window_edge;
@@ -99,14 +106,12 @@ TerrainFix judged(const TerrainSearch& search, std::vector<TerrainMatch> places,
   }
   if (found.empty()) return fix;
   const TerrainMatch best = *std::min_element(found.begin(), found.end(), better);
+  const bool at_edge = nearest(places, best).at_edge;
   places.insert(places.end(), found.begin(), found.end());
   fix.T_map_body = best.T_map_body;
   fix.covariance = (best.information + 1e-9 * Matrix6d::Identity()).inverse();
   fix.chi_square = best.chi_square;
   fix.second_chi_square = second_best(best, places, acceptance.peak_distance_m);
-  const bool at_edge = std::any_of(found.begin(), found.end(), [&](const TerrainMatch& other) {
-    return other.at_edge && distance_m(other, best) < 1.0;  // several starts come to the same place
-  });
   fix.status = verdict(fix, at_edge, acceptance);
   return fix;
 }
