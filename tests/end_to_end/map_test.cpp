@@ -72,7 +72,7 @@ TEST_F(Map, ASecondRunFindsItselfInTheMapOfTheFirst) {
   const std::string start = "--start '" + vague_start().string() + "' ";
   ASSERT_EQ(run("alone", start).status, 0);
   ASSERT_EQ(run("second", start + "--map '" + (folder_ / "first").string() + "'").status, 0) << "";
-  EXPECT_GT(ate_m("alone"), 2.0);
+  EXPECT_GT(ate_m("alone"), 1.0);  // the start is 2.5 m off; the ground mends some of it
   EXPECT_LT(ate_m("second"), 0.1);
   EXPECT_GE(keyframes_placed("second"), 2);
 }

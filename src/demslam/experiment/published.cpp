@@ -34,6 +34,15 @@ SlamOptions full_gradient_options() {
   return options;
 }
 
+/// Landmarks of the ground in patches on the filtered DEM, the odometry's systematic errors as states.
+SlamOptions patches_options() {
+  SlamOptions options = published_options();
+  options.graph.systematic.enabled = true;
+  options.anchoring.patches = options.anchoring.filter_dem = true;
+  options.anchoring.height = options.anchoring.normal = false;
+  return options;
+}
+
 SlamOptions without_loops(SlamOptions options) {
   options.use_loops = false;
   return options;
@@ -46,7 +55,10 @@ SlamOptions loops_only() {
 }
 
 std::vector<StudyVariant> usual_variants() {
-  return {{"odometry", odometry_options()}, {"published", published_options()}, {"demslam", SlamOptions{}}};
+  return {{"odometry", odometry_options()},
+          {"published", published_options()},
+          {"full_gradient", full_gradient_options()},
+          {"patches", patches_options()}};
 }
 
 std::vector<std::uint64_t> seeds_of(const ExperimentExtent& extent) {
@@ -59,6 +71,10 @@ std::vector<std::uint64_t> seeds_of(const ExperimentExtent& extent) {
 StudyDrive drive_of(const std::string& name, const fs::path& preset, const ExperimentExtent& extent) {
   StudyDrive drive{name, read_scene(preset)};
   drive.scene.output = {.depth = false, .labels = false, .lidar = false, .imu = false, .wheels = false};
+  if (extent.frame_spacing_m > 0.0) {
+    drive.scene.rover.speed_m_per_s = extent.frame_spacing_m * drive.scene.rover.frame_rate_hz;
+  }
+  if (extent.size_px > 0) drive.scene.camera.width_px = drive.scene.camera.height_px = extent.size_px;
   if (!extent.quick) return drive;
   drive.scene.camera.width_px = drive.scene.camera.height_px = 256;
   drive.scene.rover.route = RouteKind::straight;
@@ -69,8 +85,8 @@ StudyDrive drive_of(const std::string& name, const fs::path& preset, const Exper
 }  // namespace
 
 PublishedExperiment lusnar_experiment(const fs::path& configs, const ExperimentExtent& extent) {
-  PublishedExperiment e{{.name = "lusnar", .title = "Nine LuSNAR-like scenes", .variants = usual_variants(),
-                         .seeds = seeds_of(extent)}};
+  PublishedExperiment e{
+      {.name = "lusnar", .title = "Nine LuSNAR-like scenes", .variants = usual_variants(), .seeds = seeds_of(extent)}};
   constexpr std::array<double, 9> vo_rpe{0.0020, 0.0017, 0.036, 0.0016, 0.0021, 0.0017, 0.0015, 0.0018, 0.0019},
       vo_ate{0.0039, 0.0048, 0.0042, 0.0057, 0.0073, 0.0107, 0.0045, 0.0079, 0.0073},
       dem_ate{0.0010, 0.0012, 0.0036, 0.0021, 0.0023, 0.0010, 0.0021, 0.0069, 0.0004};
@@ -91,8 +107,8 @@ PublishedExperiment crater_experiment(const fs::path& configs, const ExperimentE
                         {"loop", loops_only()},
                         {"published", without_loops(published_options())},
                         {"published_loop", published_options()},
-                        {"demslam", without_loops({})},
-                        {"demslam_loop", {}}},
+                        {"patches", without_loops(patches_options())},
+                        {"patches_loop", patches_options()}},
            .seeds = seeds_of(extent)},
           {{.drive = "crater_loop", .variant = "loop", .ate_m = 94.01},
            {.drive = "crater_loop", .variant = "published_loop", .ate_m = 21.43}}};
@@ -147,10 +163,7 @@ PublishedExperiment anchoring_experiment(const fs::path& configs, const Experime
     study.drives.push_back(drive_of("nac_traverse", configs / "nac_traverse.toml", extent));
     study.drives.back().scene.terrain.dem = fs::absolute(nac);
   }
-  study.variants = {{"odometry", odometry_options()},
-                    {"published", published_options()},
-                    {"full_gradient", full_gradient_options()},
-                    {"demslam", SlamOptions{}}};
+  study.variants = usual_variants();
   return {study, {}};
 }
 

@@ -21,10 +21,12 @@ struct PublishedExperiment {
   std::vector<PublishedRow> published;
 };
 
-/// How much of it: `seeds` of everything random; `quick`: shorter drives of smaller images, for a table in minutes.
+/// How much of it: `seeds` of everything random; coarser frames; `quick`: 40 m of small images, for a table in minutes.
 struct ExperimentExtent {
   int seeds = 1;
   bool quick = false;
+  double frame_spacing_m = 0.0;  ///< 0: the preset's
+  int size_px = 0;               ///< width and height of the images; 0: the preset's
 };
 
 // Scenes come from the preset files in `configs` (the repository's configs/ folder, or the installed one).

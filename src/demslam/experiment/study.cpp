@@ -65,8 +65,10 @@ class StudyCase {
 
   void solve(const StudyVariant& variant) const {
     ReplayInputs inputs{.run = recording(), .output = folder_ / variant.name, .config_toml = to_toml(variant.options)};
-    if (variant.dem) inputs.dem = perturbed_dem(variant);
-    else inputs.dem = data() / "dem.tif";
+    if (variant.dem)
+      inputs.dem = perturbed_dem(variant);
+    else
+      inputs.dem = data() / "dem.tif";
     replay(inputs, variant.options);
   }
 

@@ -27,8 +27,8 @@ struct StudyVariant {
   std::optional<Perturbation> dem;
 };
 
-/// Drives with images, each solved by every variant. The odometry runs once per drive, with the first variant's front-end
-/// and odometry options; the others solve what it has recorded.
+/// Drives with images, each solved by every variant. The odometry runs once per drive, with the first variant's
+/// front-end and odometry options; the others solve what it has recorded.
 struct Study {
   std::string name, title;
   std::vector<StudyDrive> drives;
@@ -47,8 +47,9 @@ struct StudyScore {
   int loops = 0;
 };
 
-/// Simulates, runs and evaluates what `out` does not hold yet: OUT/DRIVE_sSEED/data (no images; they are rendered as they
-/// are read) and OUT/DRIVE_sSEED/VARIANT (run folders). When asked to stop, gives the scores so far; the same call goes on.
+/// Simulates, runs and evaluates what `out` does not hold yet: OUT/DRIVE_sSEED/data (no images; they are rendered as
+/// they are read) and OUT/DRIVE_sSEED/VARIANT (run folders). When asked to stop, gives the scores so far; the same call
+/// goes on.
 std::vector<StudyScore> run_study(const Study& study, const std::filesystem::path& out, const Progress& progress);
 
 /// Median, quartiles and extremes of one figure over the runs of a variant.

@@ -39,8 +39,8 @@ std::string text_of(const Spread& spread, int decimals) {
 
 const PublishedRow* find(const std::vector<PublishedRow>& published, const std::string& drive,
                          const std::string& variant) {
-  const auto row = std::ranges::find_if(
-      published, [&](const PublishedRow& r) { return r.drive == drive && r.variant == variant; });
+  const auto row =
+      std::ranges::find_if(published, [&](const PublishedRow& r) { return r.drive == drive && r.variant == variant; });
   return row == published.end() ? nullptr : &*row;
 }
 
@@ -94,7 +94,8 @@ std::string study_markdown(const Study& study, const std::vector<StudyScore>& sc
   for (std::size_t i = 0; i < columns().size(); ++i) table += " --- |";
   for_each_row(study, scores, [&](const std::string& drive, const std::string& variant, const auto& spreads) {
     const auto completion = spread_of(scores, variant, &StudyScore::completion, drive);
-    table += fmt::format("\n| {} | {} | {} | {:.1f} |", drive, variant, spreads.front().runs, 100.0 * completion->median);
+    table +=
+        fmt::format("\n| {} | {} | {} | {:.1f} |", drive, variant, spreads.front().runs, 100.0 * completion->median);
     for (std::size_t i = 0; i < spreads.size(); ++i) {
       table += fmt::format(" {} |", cell(columns()[i], spreads[i], find(published, drive, variant)));
     }
@@ -115,9 +116,10 @@ std::string study_latex(const Study& study, const std::vector<StudyScore>& score
   });
   std::string header = "drive & variant";
   for (const Column& column : columns()) header += " & " + escaped(column.name);
-  return fmt::format("% {}: RMSE without alignment, median (quartiles) over seeds\n\\begin{{tabular}}{{ll{}}}\n\\toprule\n{} "
-                     "\\\\\n\\midrule\n{}\\bottomrule\n\\end{{tabular}}\n",
-                     study.title, std::string(columns().size(), 'r'), header, rows);
+  return fmt::format(
+      "% {}: RMSE without alignment, median (quartiles) over seeds\n\\begin{{tabular}}{{ll{}}}\n\\toprule\n{} "
+      "\\\\\n\\midrule\n{}\\bottomrule\n\\end{{tabular}}\n",
+      study.title, std::string(columns().size(), 'r'), header, rows);
 }
 
 std::string scores_csv(const std::vector<StudyScore>& scores) {

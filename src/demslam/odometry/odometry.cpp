@@ -205,8 +205,8 @@ Motion StereoOdometry::State::search_near(const View& view, const Pose& guess, c
   return failed;
 }
 
-/// Why a motion is not to be trusted; empty when it is. Where the matches are right nearly all agree; a consensus of few
-/// among many is an accident of the search.
+/// Why a motion is not to be trusted; empty when it is. Where the matches are right nearly all agree; a consensus of
+/// few among many is an accident of the search.
 std::string StereoOdometry::State::refusal(const Motion& motion) const {
   if (!motion.ok) return motion.reason;
   if (motion.inliers >= options.motion.min_inlier_ratio * motion.matches) return {};
@@ -215,8 +215,8 @@ std::string StereoOdometry::State::refusal(const Motion& motion) const {
 }
 
 /// A pose found from the last frame says well enough where the keyframe's patches are: seen directly from the keyframe,
-/// errors do not add up from frame to frame. Where too little of the keyframe is still in sight, the pose stays as it is
-/// and the few inliers call for a new keyframe.
+/// errors do not add up from frame to frame. Where too little of the keyframe is still in sight, the pose stays as it
+/// is and the few inliers call for a new keyframe.
 void StereoOdometry::State::tie_to_keyframe(OdometryResult& result) const {
   const Motion guess{.ok = true,
                      .T_a_b = result.T_reference_left,

@@ -127,7 +127,8 @@ void Recorder::finish(const SlamResult& result) {
   map_.set_final_estimates(estimates);
 }
 
-void for_each_recorded_frame(const MapStore& map, const FrameVisitor& visit_frame, const KeyframeVisitor& visit_keyframe) {
+void for_each_recorded_frame(const MapStore& map, const FrameVisitor& visit_frame,
+                             const KeyframeVisitor& visit_keyframe) {
   const std::size_t keyframes = map.keyframe_count();
   if (keyframes == 0) return;
   StoredKeyframe keyframe = map.keyframe(0);

@@ -29,9 +29,9 @@ class Recorder {
 
   MapStore& map_;
   Slam& slam_;
-  std::vector<StoredFrame> frames_;  ///< since the last keyframe
-  std::vector<Pose> written_;        ///< T_map_body as it stands in the map
-  std::size_t factors_ = 0;          ///< in the map
+  std::vector<StoredFrame> frames_;                                          ///< since the last keyframe
+  std::vector<Pose> written_;                                                ///< T_map_body as it stands in the map
+  std::size_t factors_ = 0;                                                  ///< in the map
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> loop_factors_;  ///< by the loop's keyframes
 };
 

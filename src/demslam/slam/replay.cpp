@@ -35,7 +35,8 @@ StartPose chosen_start(const ReplayInputs& inputs, const Json& recorded, const M
 
 fs::path recorded_map(const fs::path& run) {
   const fs::path file = run / "map.db";
-  if (!fs::is_regular_file(file)) throw Error(run.string() + ": has no map.db; only a run that kept its map can be replayed");
+  if (!fs::is_regular_file(file))
+    throw Error(run.string() + ": has no map.db; only a run that kept its map can be replayed");
   return file;
 }
 
