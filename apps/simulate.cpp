@@ -18,12 +18,13 @@ struct Arguments {
   std::optional<std::uint64_t> seed;
   std::optional<double> length_m, frame_spacing_m;
   std::optional<int> size_px;
+  PictureFiles pictures;
   bool no_depth = false, no_images = false;
 };
 
 void set_length(RoverOptions& rover, double length_m) {
-  const bool through_points = rover.route == RouteKind::waypoints || rover.route == RouteKind::planned;
-  (through_points ? rover.stop_after_m : rover.length_m) = length_m;
+  const bool has_length = rover.route == RouteKind::straight || rover.route == RouteKind::loop;
+  (has_length ? rover.length_m : rover.stop_after_m) = length_m;
 }
 
 SceneOptions scene_of(const Arguments& arguments) {
@@ -42,7 +43,7 @@ SceneOptions scene_of(const Arguments& arguments) {
 void run(const Arguments& arguments) {
   const SceneOptions scene = scene_of(arguments);
   ProgressBar bar("simulate", "frames");
-  const SimulationReport report = simulate(scene, arguments.output, bar.progress());
+  const SimulationReport report = simulate(scene, arguments.output, bar.progress(), arguments.pictures);
   if (report.stopped) {
     fmt::print("stopped after {} new frames; the same command goes on from there\n", report.rendered);
     return;
@@ -73,6 +74,9 @@ void add_simulate(CLI::App& app) {
   command->add_flag("--no-depth", arguments->no_depth, "do not write depth images");
   command->add_flag("--no-images", arguments->no_images,
                     "write everything but the frames: 'demslam run' renders them as it reads them");
+  command->add_option("--contact-sheet", arguments->pictures.contact_sheet,
+                      "also write twelve images and the route over the ground as one picture (PNG or JPEG)");
+  command->add_option("--video", arguments->pictures.video, "also write ten seconds of the drive as an animated GIF");
   command->footer("Example:\n  demslam simulate configs/demo.toml -o runs/data --seed 2");
   command->callback([arguments] { run(*arguments); });
 }

@@ -86,24 +86,6 @@ void relax(DemRaster& raster, const std::vector<bool>& hole, int sweeps) {
   }
 }
 
-struct Preset {
-  double amplitude_1m, outer_scale_m, crater_density, largest_crater_of_size;
-};
-
-Preset preset_of(Relief relief) {
-  switch (relief) {
-    case Relief::flat:
-      return {0.010, 8.0, 0.3, 0.01};
-    case Relief::mare:
-      return {0.014, 100.0, 0.6, 0.1};
-    case Relief::mid:
-      return {0.018, 300.0, 1.0, 0.2};
-    case Relief::highland:
-      break;
-  }
-  return {0.022, 800.0, 1.0, 0.3};
-}
-
 }  // namespace
 
 BaseSurface::BaseSurface(DemRaster raster) : hole_(holes_of(raster)), raster_(filled(std::move(raster))) {}
@@ -137,6 +119,12 @@ bool BaseSurface::is_hole(double x_m, double y_m) const {
   return hole_[row * raster_.cols + col];
 }
 
+double BaseSurface::outside_m(double x_m, double y_m) const {
+  const MapWindow extent = raster_.extent();
+  return std::hypot(std::max({extent.west_m - x_m, x_m - extent.east_m, 0.0}),
+                    std::max({extent.south_m - y_m, y_m - extent.north_m, 0.0}));
+}
+
 void fill_holes(DemRaster& raster) {
   const std::vector<bool> hole = holes_of(raster);
   if (std::find(hole.begin(), hole.end(), true) == hole.end()) return;
@@ -149,19 +137,6 @@ void fill_holes(DemRaster& raster) {
     }
   }
   relax(raster, hole, 20);
-}
-
-double ReliefLaw::amplitude_m(double wavelength_m) const { return amplitude_1m * std::pow(wavelength_m, hurst); }
-
-ReliefLaw relief_law(const TerrainOptions& terrain) {
-  const Preset preset = preset_of(terrain.relief);
-  ReliefLaw law;
-  law.amplitude_1m = preset.amplitude_1m * terrain.roughness;
-  law.hurst = terrain.hurst;
-  law.outer_scale_m = preset.outer_scale_m;
-  law.crater_density = preset.crater_density * terrain.crater_density;
-  law.largest_crater_m = std::max(1.0, preset.largest_crater_of_size * terrain.size_m);
-  return law;
 }
 
 CraterField base_craters(const ReliefLaw& law, std::uint64_t seed, double cell_m) {
@@ -185,16 +160,6 @@ DemRaster generate_base(const TerrainOptions& terrain, std::uint64_t seed) {
     std::copy(from, from + raster.cols, &raster.at(row, 0));
   }
   return raster;
-}
-
-std::vector<Noise> fractal_octaves(const ReliefLaw& law, std::uint64_t seed, double shortest_m, double longest_m) {
-  std::vector<Noise> octaves;
-  std::uint64_t k = 0;
-  for (double wavelength = 0.01; wavelength < longest_m; wavelength *= 2.0, ++k) {
-    if (wavelength < shortest_m) continue;
-    octaves.push_back({Random::mix(seed + k), wavelength, law.amplitude_m(wavelength) / kNoiseRms});
-  }
-  return octaves;
 }
 
 }  // namespace demslam

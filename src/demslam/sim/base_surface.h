@@ -6,8 +6,8 @@
 
 #include "demslam/dem/dem.h"
 #include "demslam/sim/craters.h"
-#include "demslam/sim/noise.h"
 #include "demslam/sim/patch.h"
+#include "demslam/sim/relief_law.h"
 #include "demslam/sim/scene.h"
 
 namespace demslam {
@@ -26,6 +26,7 @@ class BaseSurface {
   const DemRaster& raster() const { return raster_; }  ///< holes filled
   bool inside(double x_m, double y_m) const;           ///< within the outermost cell centres
   bool is_hole(double x_m, double y_m) const;          ///< the nearest cell has no data in the file
+  double outside_m(double x_m, double y_m) const;      ///< distance from the raster's extent; 0 inside
 
  private:
   std::vector<bool> hole_;  ///< of the raster as given
@@ -35,25 +36,10 @@ class BaseSurface {
 /// Replaces NaN by a smooth surface that meets the data around it. Throws Error when nothing but NaN is there.
 void fill_holes(DemRaster& raster);
 
-/// The fractal and crater law of a relief, shared by the generated base and the fine relief below any base.
-struct ReliefLaw {
-  double amplitude_1m = 0.0;  ///< amplitude of the octave of 1 m wavelength, metres
-  double hurst = 0.85;
-  double outer_scale_m = 100.0;  ///< longest wavelength
-  double crater_density = 1.0;
-  double largest_crater_m = 100.0;
-
-  double amplitude_m(double wavelength_m) const;
-};
-ReliefLaw relief_law(const TerrainOptions& terrain);
-
 /// The craters of a generated base of a cell size: those that its cells can hold.
 CraterField base_craters(const ReliefLaw& law, std::uint64_t seed, double cell_m);
 
 /// A generated base: octaves of noise and large craters of the law, centred on the map's origin.
 DemRaster generate_base(const TerrainOptions& terrain, std::uint64_t seed);
-
-/// Octaves of noise with wavelengths 0.01 m * 2^k in [shortest, longest), shortest first, one seed for each k.
-std::vector<Noise> fractal_octaves(const ReliefLaw& law, std::uint64_t seed, double shortest_m, double longest_m);
 
 }  // namespace demslam

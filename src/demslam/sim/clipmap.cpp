@@ -61,13 +61,15 @@ bool Clipmap::move_origin(const Eigen::Vector2d& position) {
 }
 
 bool Clipmap::centre_on(const Eigen::Vector2d& position) {
-  const bool everything = move_origin(position);
+  const bool everything = move_origin(position), ground_changed = terrain_.revision() != ground_;
+  ground_ = terrain_.revision();
   std::vector<bool> moved(levels_.size(), everything);
   for (std::size_t k = levels_.size(); k-- > 0;) {
     Level& level = levels_[k];
     const std::int64_t first_x = snapped(position.x(), level.step_m, cells_);
     const std::int64_t first_y = snapped(position.y(), level.step_m, cells_);
-    moved[k] = everything || first_x != level.first_x || first_y != level.first_y;
+    moved[k] = everything || (ground_changed && level.step_m <= GroundLayer::kFinest) || first_x != level.first_x ||
+               first_y != level.first_y;
     if (!moved[k]) continue;
     level.first_x = first_x;
     level.first_y = first_y;

@@ -72,6 +72,7 @@ class Clipmap {
   const Terrain& terrain_;
   int cells_;
   std::vector<Level> levels_;  ///< finest first
+  std::uint64_t ground_ = 0;   ///< the terrain's revision that the levels show
   Eigen::Vector3d origin_ = Eigen::Vector3d::Constant(1e300);
 };
 

@@ -20,7 +20,7 @@ double bump(double t) {
 /// Craters of one octave of diameters, on a grid of cells of their own.
 struct SizeClass {
   std::uint64_t seed;
-  double low_m, high_m, density;
+  double low_m, high_m, density, youngest, oldest;
 
   double cell_m() const { return kCellsPerDiameter * high_m; }
   double mean_per_cell() const {
@@ -37,15 +37,11 @@ int poisson(Random& random, double mean) {
 }
 
 Crater draw(Random& random, const SizeClass& size, std::int64_t ix, std::int64_t iy) {
-  Crater crater;
-  crater.x_m = (static_cast<double>(ix) + random.uniform()) * size.cell_m();
-  crater.y_m = (static_cast<double>(iy) + random.uniform()) * size.cell_m();
+  const double x = (static_cast<double>(ix) + random.uniform()) * size.cell_m();
+  const double y = (static_cast<double>(iy) + random.uniform()) * size.cell_m();
   const double low2 = 1.0 / (size.low_m * size.low_m), high2 = 1.0 / (size.high_m * size.high_m);
-  crater.diameter_m = 1.0 / std::sqrt(low2 - random.uniform() * (low2 - high2));
-  const double freshness = std::exp(-3.0 * random.uniform());
-  crater.depth_m = 0.16 * freshness * crater.diameter_m;
-  crater.rim_m = 0.04 * freshness * crater.diameter_m;
-  return crater;
+  const double diameter = 1.0 / std::sqrt(low2 - random.uniform() * (low2 - high2));
+  return aged_crater(x, y, diameter, random.uniform(size.youngest, size.oldest));
 }
 
 struct Rectangle {
@@ -78,6 +74,8 @@ std::pair<int, int> span(double origin, double step, int count, double centre, d
   return {static_cast<int>(std::clamp(first, 0.0, count * 1.0)), static_cast<int>(std::clamp(last, -1.0, count - 1.0))};
 }
 
+}  // namespace
+
 void dig(Patch& patch, const Crater& crater, double weight) {
   const auto [first_x, last_x] = span(patch.x0, patch.step, patch.nx, crater.x_m, crater.reach_m());
   const auto [first_y, last_y] = span(patch.y0, patch.step, patch.ny, crater.y_m, crater.reach_m());
@@ -91,7 +89,9 @@ void dig(Patch& patch, const Crater& crater, double weight) {
   }
 }
 
-}  // namespace
+Crater aged_crater(double x_m, double y_m, double diameter_m, double age) {
+  return {x_m, y_m, diameter_m, 0.13 * std::exp(-age) * diameter_m, 0.04 * std::exp(-1.5 * age) * diameter_m};
+}
 
 double Crater::profile_m(double distance_m) const {
   const double r = 2.0 * distance_m / diameter_m;
@@ -106,7 +106,7 @@ std::vector<Crater> CraterField::within(double west, double south, double east, 
   if (density <= 0.0) return craters;
   std::uint64_t octave = 0;
   for (double low = smallest_m; low < largest_m; low *= 2.0, ++octave) {
-    const SizeClass size{Random::mix(seed + octave), low, std::min(2.0 * low, largest_m), density};
+    const SizeClass size{Random::mix(seed + octave), low, std::min(2.0 * low, largest_m), density, youngest, oldest};
     if (size.high_m > min_diameter_m) collect(size, {west, south, east, north}, craters);
   }
   std::erase_if(craters, [&](const Crater& crater) { return crater.diameter_m < min_diameter_m; });

@@ -52,7 +52,7 @@ DemRaster grid(const Terrain& terrain, const Extent& wanted, double cell) {
 void fill_row(const Terrain& terrain, DemRaster& product, int row) {
   const double step = product.cell_m / kSamplesPerCell, south = product.north_m - (row + 1) * product.cell_m;
   Patch samples(product.west_m + 0.5 * step, south + 0.5 * step, step, product.cols * kSamplesPerCell, kSamplesPerCell);
-  terrain.fill(samples);
+  terrain.fill_ground(samples);
   for (int col = 0; col < product.cols; ++col) {
     const Eigen::Vector2d centre = product.centre(row, col);
     if (terrain.base().is_hole(centre.x(), centre.y())) {

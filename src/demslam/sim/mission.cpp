@@ -4,11 +4,13 @@
 #include <cmath>
 
 #include "demslam/base/random.h"
+#include "demslam/sim/fillets.h"
 #include "demslam/sim/glare.h"
 #include "demslam/sim/planner.h"
 #include "demslam/sim/rover.h"
 #include "demslam/sim/sensor.h"
 #include "demslam/sim/sensors.h"
+#include "demslam/sim/sun_position.h"
 
 namespace demslam {
 namespace {
@@ -46,16 +48,26 @@ void expose(const SceneOptions& scene, const Rendering& seen, double grey_per_ra
 Mission::Mission(const SceneOptions& scene)
     : scene_(scene),
       terrain_(scene.terrain, scene.seed),
-      route_(with_planned_route(terrain_, scene.rover)),
+      route_(with_known_route(terrain_, scene.rover)),
+      schedule_(scene.rover, route_),
       trajectory_(drive(terrain_, scene.rover, route_)),
       rig_(stereo_rig(scene.camera)),
-      renderer_(scene, terrain_, route_) {}
+      tracks_(scene.terrain.tracks ? std::make_shared<WheelTracks>(route_, scene.rover.track_m) : nullptr),
+      renderer_(lit_scene(), terrain_, route_) {
+  terrain_.add_layer(std::make_shared<Fillets>(terrain_.rocks(), route_));
+  if (tracks_) terrain_.add_layer(tracks_);
+}
+
+const SceneOptions& Mission::lit_scene() {
+  scene_.light = light_at_time(scene_.light, terrain_.base().raster().frame);
+  return scene_;
+}
 
 double Mission::duration_s() const { return to_seconds(trajectory_.back().t_ns - trajectory_.front().t_ns); }
 
 Pose Mission::at(double time_s) const {
-  const double s = std::clamp(time_s * scene_.rover.speed_m_per_s, 0.0, route_.length_m());
-  return standing_pose(terrain_, scene_.rover, route_.position(s), route_.heading(s));
+  const auto [s, heading] = schedule_.at(time_s);
+  return standing_pose(terrain_, scene_.rover, route_.position(s), heading);
 }
 
 SimulatedFrame Mission::frame(std::size_t index) {
@@ -111,6 +123,7 @@ double Mission::metered(std::size_t index) {
 }
 
 void Mission::go_to(const StampedPose& stamped) {
+  if (tracks_) tracks_->set_driven(schedule_.at(to_seconds(stamped.t_ns - trajectory_.front().t_ns)).s_m);
   renderer_.centre_on(ahead(stamped.pose));
   renderer_.set_lamp(stamped.pose * lamp_in_body(scene_.camera));
 }

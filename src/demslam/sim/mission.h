@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -11,7 +12,9 @@
 #include "demslam/sim/renderer.h"
 #include "demslam/sim/route.h"
 #include "demslam/sim/scene.h"
+#include "demslam/sim/schedule.h"
 #include "demslam/sim/terrain.h"
+#include "demslam/sim/wheel_tracks.h"
 
 namespace demslam {
 
@@ -37,6 +40,7 @@ class Mission {
   double exposure(std::size_t index = 0);
 
  private:
+  const SceneOptions& lit_scene();
   /// Moves the renderer's surroundings and the lamp to a frame.
   void go_to(const StampedPose& stamped);
   /// What a camera of the rig sees from where the renderer is: the ground, the sun and its stray light.
@@ -50,8 +54,10 @@ class Mission {
   SceneOptions scene_;
   Terrain terrain_;
   Route route_;
+  Schedule schedule_;
   Trajectory trajectory_;
   StereoRig rig_;
+  std::shared_ptr<WheelTracks> tracks_;  ///< null: none are wanted
   Renderer renderer_;
   std::optional<double> exposure_;  ///< of the first frame
   std::vector<float> metered_;      ///< exposure that suits each frame; 0: not yet known

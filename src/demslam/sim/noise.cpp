@@ -1,8 +1,10 @@
 #include "demslam/sim/noise.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "demslam/base/random.h"
 #include "demslam/sim/vector_clones.h"
@@ -37,89 +39,110 @@ const Gradient& lattice_gradient(std::uint64_t seed, std::int64_t ix, std::int64
 double fade(double t) { return t * t * t * (t * (t * 6.0 - 15.0) + 10.0); }
 double fade_slope(double t) { return 30.0 * t * t * (t * (t - 2.0) + 1.0); }
 
-/// Where the columns of a patch fall on the noise lattice.
-struct Columns {
-  std::int64_t first = 0;    ///< lattice column of the patch's first node
-  std::vector<int> cell;     ///< lattice column of each node, from `first`
-  std::vector<double> t, s;  ///< position inside that column, and its fade
+/// The gradients of the lattice nodes around a patch, in rows of `width`.
+struct Lattice {
+  std::int64_t first_u, first_v;
+  int width, height;
+  std::vector<double> x, y;
 };
 
-Columns columns_of(const std::vector<double>& positions) {
-  Columns columns;
-  columns.first = static_cast<std::int64_t>(std::floor(positions.front()));
-  for (const double position : positions) {
-    const double floor = std::floor(position), t = position - floor;
-    columns.cell.push_back(static_cast<int>(static_cast<std::int64_t>(floor) - columns.first));
-    columns.t.push_back(t);
-    columns.s.push_back(fade(t));
+Lattice lattice_of(std::uint64_t seed, double low_u, double high_u, double low_v, double high_v) {
+  Lattice lattice;
+  lattice.first_u = static_cast<std::int64_t>(std::floor(low_u)) - 1;  // one more: sums along a row round otherwise
+  lattice.first_v = static_cast<std::int64_t>(std::floor(low_v)) - 1;
+  lattice.width = static_cast<int>(static_cast<std::int64_t>(std::floor(high_u)) - lattice.first_u) + 3;
+  lattice.height = static_cast<int>(static_cast<std::int64_t>(std::floor(high_v)) - lattice.first_v) + 3;
+  for (int iv = 0; iv < lattice.height; ++iv) {
+    for (int iu = 0; iu < lattice.width; ++iu) {
+      const Gradient& gradient = lattice_gradient(seed, lattice.first_u + iu, lattice.first_v + iv);
+      lattice.x.push_back(gradient.x);
+      lattice.y.push_back(gradient.y);
+    }
   }
-  return columns;
+  return lattice;
 }
 
-/// Along one patch row the field is linear in these per lattice column: n = lerp(slope_i t + offset_i, slope_{i+1}
-/// (t-1) + offset_{i+1}).
-struct RowBlend {
-  std::vector<double> slope, offset;
-};
-
-void blend_row(std::uint64_t seed, std::int64_t first_x, double position_y, RowBlend& blend) {
-  const double floor = std::floor(position_y), t = position_y - floor, s = fade(t);
-  const auto iy = static_cast<std::int64_t>(floor);
-  for (std::size_t i = 0; i < blend.slope.size(); ++i) {
-    const auto ix = first_x + static_cast<std::int64_t>(i);
-    const Gradient& low = lattice_gradient(seed, ix, iy);
-    const Gradient& high = lattice_gradient(seed, ix, iy + 1);
-    blend.slope[i] = (1.0 - s) * low.x + s * high.x;
-    blend.offset[i] = (1.0 - s) * low.y * t + s * high.y * (t - 1.0);
-  }
-}
-
+/// Adds the noise along one row of a patch: from (u, v) on the lattice, (du, dv) from node to node.
 DEMSLAM_VECTOR_CLONES
-void add_row(double* out, int count, const int* cell, const double* t, const double* s, const double* slope,
-             const double* offset, double amplitude) {
+void add_row(double* out, int count, double u, double v, double du, double dv, const double* gx, const double* gy,
+             int width, double amplitude) {
   for (int i = 0; i < count; ++i) {
-    const int k = cell[i];
-    const double left = slope[k] * t[i] + offset[k];
-    const double right = slope[k + 1] * (t[i] - 1.0) + offset[k + 1];
-    out[i] += amplitude * (left + s[i] * (right - left));
+    const double pu = u + i * du, pv = v + i * dv;
+    const int iu = static_cast<int>(pu), iv = static_cast<int>(pv), k = iv * width + iu;
+    const double tu = pu - iu, tv = pv - iv;
+    const double su = tu * tu * tu * (tu * (tu * 6.0 - 15.0) + 10.0);
+    const double sv = tv * tv * tv * (tv * (tv * 6.0 - 15.0) + 10.0);
+    const double n00 = gx[k] * tu + gy[k] * tv;
+    const double n10 = gx[k + 1] * (tu - 1.0) + gy[k + 1] * tv;
+    const double n01 = gx[k + width] * tu + gy[k + width] * (tv - 1.0);
+    const double n11 = gx[k + width + 1] * (tu - 1.0) + gy[k + width + 1] * (tv - 1.0);
+    const double low = n00 + su * (n10 - n00), high = n01 + su * (n11 - n01);
+    out[i] += amplitude * (low + sv * (high - low));
   }
 }
+
+/// A fraction of one from sixteen bits of a word.
+double fraction(std::uint64_t word, int shift) { return static_cast<double>((word >> shift) & 0xffff) * 0x1.0p-16; }
 
 }  // namespace
 
-void Noise::add_to(Patch& patch) const {
-  if (patch.nx == 0) return;
-  std::vector<double> positions(patch.nx);
-  for (int ix = 0; ix < patch.nx; ++ix) positions[ix] = lattice_x(patch.x(ix));
-  const Columns columns = columns_of(positions);
-  RowBlend blend;
-  blend.slope.resize(columns.cell.back() + 2);
-  blend.offset.resize(columns.cell.back() + 2);
+Noise::Noise(std::uint64_t seed, double wavelength_m, double amplitude_m)
+    : seed_(seed),
+      wavelength_m_(wavelength_m),
+      amplitude_m_(amplitude_m),
+      shift_u_(fraction(seed, 0)),
+      shift_v_(fraction(seed, 16)) {
+  const double angle = (0.2 + 0.6 * fraction(seed, 32)) * std::numbers::pi / 2.0;  // never along the map's axes
+  cos_ = std::cos(angle) / wavelength_m;
+  sin_ = std::sin(angle) / wavelength_m;
+}
+
+void Noise::add_points(Patch& patch) const {
   for (int iy = 0; iy < patch.ny; ++iy) {
-    blend_row(seed, columns.first, lattice_y(patch.y(iy)), blend);
-    add_row(patch.row(iy), patch.nx, columns.cell.data(), columns.t.data(), columns.s.data(), blend.slope.data(),
-            blend.offset.data(), amplitude_m);
+    for (int ix = 0; ix < patch.nx; ++ix) patch.row(iy)[ix] += sample(patch.x(ix), patch.y(iy)).value;
+  }
+}
+
+void Noise::add_to(Patch& patch) const {
+  constexpr int kFewNodes = 64, kTile = 32;
+  if (patch.nx * patch.ny <= kFewNodes) return add_points(patch);
+  const int width = std::max(kTile, patch.ny);  // a strip is done in tiles: the lattice around a turned strip is large
+  for (int first = 0; first < patch.nx; first += width) add_tile(patch, first, std::min(width, patch.nx - first));
+}
+
+void Noise::add_tile(Patch& patch, int first, int width) const {
+  const double west = patch.x(first), east = patch.x(first + width - 1), south = patch.y0,
+               north = patch.y(patch.ny - 1);
+  // The angle lies in the first quadrant: u grows to the North-East, v to the North-West.
+  const Lattice lattice =
+      lattice_of(seed_, lattice_u(west, south), lattice_u(east, north), lattice_v(east, south), lattice_v(west, north));
+  for (int iy = 0; iy < patch.ny; ++iy) {
+    const double y = patch.y(iy);
+    add_row(patch.row(iy) + first, width, lattice_u(west, y) - static_cast<double>(lattice.first_u),
+            lattice_v(west, y) - static_cast<double>(lattice.first_v), cos_ * patch.step, -sin_ * patch.step,
+            lattice.x.data(), lattice.y.data(), lattice.width, amplitude_m_);
   }
 }
 
 FieldSample Noise::sample(double x_m, double y_m) const {
-  const double px = lattice_x(x_m), py = lattice_y(y_m);
+  const double px = lattice_u(x_m, y_m), py = lattice_v(x_m, y_m);
   const double fx = std::floor(px), fy = std::floor(py);
   const double tx = px - fx, ty = py - fy, sx = fade(tx), sy = fade(ty);
   const auto ix = static_cast<std::int64_t>(fx), iy = static_cast<std::int64_t>(fy);
-  const Gradient& g00 = lattice_gradient(seed, ix, iy);
-  const Gradient& g10 = lattice_gradient(seed, ix + 1, iy);
-  const Gradient& g01 = lattice_gradient(seed, ix, iy + 1);
-  const Gradient& g11 = lattice_gradient(seed, ix + 1, iy + 1);
+  const Gradient& g00 = lattice_gradient(seed_, ix, iy);
+  const Gradient& g10 = lattice_gradient(seed_, ix + 1, iy);
+  const Gradient& g01 = lattice_gradient(seed_, ix, iy + 1);
+  const Gradient& g11 = lattice_gradient(seed_, ix + 1, iy + 1);
   const double n00 = g00.x * tx + g00.y * ty, n10 = g10.x * (tx - 1.0) + g10.y * ty;
   const double n01 = g01.x * tx + g01.y * (ty - 1.0), n11 = g11.x * (tx - 1.0) + g11.y * (ty - 1.0);
   const double low = n00 + sx * (n10 - n00), high = n01 + sx * (n11 - n01);
   const double low_x = g00.x + sx * (g10.x - g00.x) + fade_slope(tx) * (n10 - n00);
   const double high_x = g01.x + sx * (g11.x - g01.x) + fade_slope(tx) * (n11 - n01);
   const double low_y = g00.y + sx * (g10.y - g00.y), high_y = g01.y + sx * (g11.y - g01.y);
-  const double scale = amplitude_m / wavelength_m;
-  return {amplitude_m * (low + sy * (high - low)), scale * (low_x + sy * (high_x - low_x)),
-          scale * (low_y + sy * (high_y - low_y) + fade_slope(ty) * (high - low))};
+  const double along_u = low_x + sy * (high_x - low_x);
+  const double along_v = low_y + sy * (high_y - low_y) + fade_slope(ty) * (high - low);
+  return {amplitude_m_ * (low + sy * (high - low)), amplitude_m_ * (along_u * cos_ - along_v * sin_),
+          amplitude_m_ * (along_u * sin_ + along_v * cos_)};
 }
 
 }  // namespace demslam

@@ -8,25 +8,33 @@
 namespace demslam {
 
 /// Gradient noise (Perlin 2002, quintic fade, C2) of one wavelength: a smooth random field that depends on nothing but
-/// the seed and the map position. Zero mean; kNoiseRms is its standard deviation at amplitude 1. No Eigen here: the
-/// kernels are compiled for several instruction sets.
-struct Noise {
-  std::uint64_t seed = 0;
-  double wavelength_m = 1.0;
-  double amplitude_m = 1.0;
+/// the seed and the map position. Zero mean; kNoiseRms is its standard deviation at amplitude 1. The lattice is turned
+/// by an angle of the seed's, so that octaves share neither their axes nor the map's. No Eigen here: the kernels are
+/// compiled for several instruction sets.
+class Noise {
+ public:
+  Noise(std::uint64_t seed, double wavelength_m, double amplitude_m);
+
+  double wavelength_m() const { return wavelength_m_; }
+  double amplitude_m() const { return amplitude_m_; }
 
   void add_to(Patch& patch) const;
   /// The same field at one point, with its gradient.
   FieldSample sample(double x_m, double y_m) const;
   /// For the kernel that samples many points at once.
-  NoiseLattice lattice() const { return {seed, 1.0 / wavelength_m, 0.0, lattice_x(0.0), lattice_y(0.0), amplitude_m}; }
+  NoiseLattice lattice() const { return {seed_, cos_, sin_, shift_u_, shift_v_, amplitude_m_}; }
 
  private:
   /// Position on the noise lattice, shifted by the seed: octaves must not share their zeros.
-  double lattice_x(double x_m) const { return x_m / wavelength_m + static_cast<double>(seed & 0xffff) * 0x1.0p-16; }
-  double lattice_y(double y_m) const {
-    return y_m / wavelength_m + static_cast<double>((seed >> 16) & 0xffff) * 0x1.0p-16;
-  }
+  double lattice_u(double x_m, double y_m) const { return cos_ * x_m + sin_ * y_m + shift_u_; }
+  double lattice_v(double x_m, double y_m) const { return cos_ * y_m - sin_ * x_m + shift_v_; }
+  void add_points(Patch& patch) const;
+  void add_tile(Patch& patch, int first, int width) const;  ///< the columns [first, first + width)
+
+  std::uint64_t seed_;
+  double wavelength_m_, amplitude_m_;
+  double cos_, sin_;  ///< of the lattice's angle, per wavelength
+  double shift_u_, shift_v_;
 };
 
 inline constexpr double kNoiseRms = 0.305;

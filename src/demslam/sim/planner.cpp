@@ -9,25 +9,27 @@
 #include <utility>
 
 #include "demslam/base/error.h"
+#include "demslam/sim/recorded_route.h"
 
 namespace demslam {
 namespace {
 
 using Way = std::vector<Eigen::Vector2d>;
 
+constexpr float kRockCost = 30.0F;
 constexpr float kForbidden = std::numeric_limits<float>::infinity();
 
 /// One of the two scales on which a way is sought.
 struct Scale {
-  double grid_m;          ///< spacing of the nodes
-  double margin_m;        ///< the way may lead this far around the bounding box of its ends
-  double gentle_deg;      ///< slope at which a metre costs twice as much as on the level
-  double steep_deg;       ///< above it, fifty times as much
-  double half_smooth_m;   ///< half width of the running mean over the finished way
-  double keep_m;          ///< distance of the finished way's points
+  double grid_m;         ///< spacing of the nodes
+  double margin_m;       ///< the way may lead this far around the bounding box of its ends
+  double gentle_deg;     ///< slope at which a metre costs twice as much as on the level
+  double steep_deg;      ///< above it, fifty times as much
+  double half_smooth_m;  ///< half width of the running mean over the finished way
+  double keep_m;         ///< distance of the finished way's points
 };
 constexpr Scale kFar{5.0, 300.0, 6.0, 15.0, 20.0, 10.0};  // hills, large craters
-constexpr Scale kNear{1.0, 20.0, 8.0, 15.0, 4.0, 2.0};    // small craters in the way
+constexpr Scale kNear{1.0, 20.0, 8.0, 15.0, 2.0, 2.0};    // small craters and rocks
 constexpr double kLookAhead = 120.0, kCommitted = 80.0;   // metres of the far way that the near search takes at a time
 
 /// Cost per metre at the nodes of a grid.
@@ -56,7 +58,7 @@ CostMap cost_map(const Terrain& terrain, const Scale& scale, const Way& around) 
   CostMap map{Patch(low.x() - scale.margin_m, low.y() - scale.margin_m, grid, static_cast<int>(size.x() / grid) + 1,
                     static_cast<int>(size.y() / grid) + 1),
               {}};
-  terrain.fill(map.nodes);
+  terrain.fill_ground(map.nodes);
   map.cost.assign(map.nodes.values.size(), kForbidden);
   for (int iy = 1; iy + 1 < map.nodes.ny; ++iy) {
     for (int ix = 1; ix + 1 < map.nodes.nx; ++ix) {
@@ -69,6 +71,24 @@ CostMap cost_map(const Terrain& terrain, const Scale& scale, const Way& around) 
     }
   }
   return map;
+}
+
+/// Makes the ground around rocks too high to drive over as dear as a steep slope.
+void avoid_rocks(const RockPopulation& rocks, CostMap& map) {
+  const Patch& nodes = map.nodes;
+  const Eigen::Vector2d low = low_corner(nodes, 0.0), high = high_corner(nodes, 0.0);
+  for (const RockPlace& rock : rocks.within(low, high, RockPopulation::kDrivableHeight)) {
+    if (rock.height_m() <= RockPopulation::kDrivableHeight) continue;
+    const double reach = rocks.clearance_m(rock) + 0.5 * nodes.step;
+    const NodeSpan columns = nodes_between(nodes.x0, nodes.step, nodes.nx, rock.p_m.x() - reach, rock.p_m.x() + reach);
+    const NodeSpan rows = nodes_between(nodes.y0, nodes.step, nodes.ny, rock.p_m.y() - reach, rock.p_m.y() + reach);
+    for (int iy = rows.first; iy <= rows.last; ++iy) {
+      for (int ix = columns.first; ix <= columns.last; ++ix) {
+        if ((Eigen::Vector2d(nodes.x(ix), nodes.y(iy)) - rock.p_m).norm() > reach) continue;
+        map.cost[static_cast<std::size_t>(iy) * nodes.nx + ix] += kRockCost;
+      }
+    }
+  }
 }
 
 [[noreturn]] void unreachable(const Eigen::Vector2d& goal) {
@@ -146,7 +166,8 @@ Way near_way(const Terrain& terrain, const Way& far) {
     const std::size_t goal = std::min(at + static_cast<std::size_t>(kLookAhead / kFar.keep_m), far.size() - 1);
     Way around(far.begin() + static_cast<std::ptrdiff_t>(at), far.begin() + static_cast<std::ptrdiff_t>(goal) + 1);
     around.push_back(way.back());
-    const CostMap map = cost_map(terrain, kNear, around);
+    CostMap map = cost_map(terrain, kNear, around);
+    avoid_rocks(terrain.rocks(), map);
     const Way leg = places(map, cheapest(map, map.node_of(way.back()), map.node_of(far[goal])));
     if (leg.empty()) unreachable(far[goal]);
     at = goal + 1 == far.size() ? goal : std::min(at + static_cast<std::size_t>(kCommitted / kFar.keep_m), goal);
@@ -164,10 +185,14 @@ std::vector<Eigen::Vector2d> plan(const Terrain& terrain, const std::vector<Eige
   return near_way(terrain, far_way(terrain, waypoints));
 }
 
-RoverOptions with_planned_route(const Terrain& terrain, RoverOptions rover) {
-  if (rover.route != RouteKind::planned) return rover;
-  rover.waypoints_m = plan(terrain, rover.waypoints_m);
-  rover.route = RouteKind::waypoints;
+RoverOptions with_known_route(const Terrain& terrain, RoverOptions rover) {
+  if (rover.route == RouteKind::planned) {
+    rover.waypoints_m = plan(terrain, rover.waypoints_m);
+    rover.route = RouteKind::waypoints;
+  } else if (rover.route == RouteKind::recorded) {
+    rover.waypoints_m = recorded_places(rover.recording);
+    rover.route = RouteKind::waypoints;
+  }
   return rover;
 }
 

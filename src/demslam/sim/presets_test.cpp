@@ -36,7 +36,7 @@ class Preset : public testing::TestWithParam<Stated> {};
 TEST_P(Preset, DrivesItsStatedLengthOverGentleGround) {
   const SceneOptions scene = preset(GetParam().name);
   const Terrain terrain(scene.terrain, scene.seed);
-  const RoverOptions rover = with_planned_route(terrain, scene.rover);
+  const RoverOptions rover = with_known_route(terrain, scene.rover);
   const Route route(rover);
   EXPECT_NEAR(route.length_m(), GetParam().length_m, 0.02 * GetParam().length_m);
   EXPECT_LT(steepest_deg(terrain, rover, route), 25.0);
@@ -45,7 +45,7 @@ TEST_P(Preset, DrivesItsStatedLengthOverGentleGround) {
 INSTANTIATE_TEST_SUITE_P(Long, Preset,
                          testing::Values(Stated{"polar_11km", 11000.0}, Stated{"traverse_1190m", 1190.0},
                                          Stated{"crater_loop_1030m", 1030.0}, Stated{"traverse_378m", 378.0}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& preset) { return preset.param.name; });
 
 }  // namespace
 }  // namespace demslam

@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr double kRangeM = 4000.0;    // terrain is there up to this distance
+constexpr double kRangeM = 30000.0;   // terrain is there up to this distance
 constexpr double kRockReach = 200.0;  // rocks are there up to this many of their diameters, at 512 px focal length
 constexpr float kNear = 0.05F;
 constexpr int kMoments = 5;  // of an exposure, with one ray per pixel
@@ -139,7 +139,7 @@ struct Renderer::World {
   World(const SceneOptions& scene, const Terrain& terrain_in, const Route& route)
       : terrain(terrain_in),
         clipmap(terrain, clipmap_cells(scene.camera), kRangeM),
-        field(scene.terrain, scene.seed, terrain, route),
+        field(terrain, route),
         rays(field.shapes()),
         illumination(scene.light),
         passes(passes_of(scene.camera.samples_per_axis)) {

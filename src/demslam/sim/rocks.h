@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "demslam/geometry/pose.h"
+#include "demslam/sim/rock_population.h"
 #include "demslam/sim/route.h"
 #include "demslam/sim/terrain.h"
 
@@ -34,37 +35,25 @@ struct Rock {
   int shape = 0;
 };
 
-/// The rocks of the ground. Sizes follow Golombek's law: the area fraction covered by rocks larger than D is
-/// k exp(-q(k) D) with q = 1.79 + 0.152 / k. Where a rock lies and what it looks like depends on the seed and its place
-/// alone; rocks too high to drive over keep clear of the route, as a rover's planner would choose it.
+/// The rocks of a population as bodies that lie on the terrain, off the route.
 class RockField {
  public:
-  static constexpr double kSmallest = 0.03;  ///< diameter, metres
-
-  RockField(const TerrainOptions& options, std::uint64_t seed, const Terrain& terrain, const Route& route);
+  RockField(const Terrain& terrain, const Route& route);
 
   /// Rocks around a position, each up to `reach_per_diameter` times the low end of its octave of diameters away.
   std::vector<Rock> around(const Eigen::Vector2d& position, double reach_per_diameter);
 
-  /// Number of rocks with diameters in [low, high) per square metre.
-  static double density(double abundance, double low_m, double high_m);
   /// Shape 0 is a sphere; the field itself uses the others.
   const std::vector<RockShape>& shapes() const { return shapes_; }
 
  private:
-  struct Cell {
-    std::uint64_t octave;
-    std::int64_t x, y;
-    auto operator<=>(const Cell&) const = default;
-  };
-  std::vector<Rock> rocks_of(const Cell& cell, double low_m, double high_m) const;
+  using Cells = std::map<RockPopulation::Cell, std::vector<Rock>>;
+  std::vector<Rock> rocks_of(const RockPopulation::Octave& octave, const RockPopulation::Cell& cell) const;
 
-  TerrainOptions options_;
-  std::uint64_t seed_;
   const Terrain& terrain_;
   const Route& route_;
   std::vector<RockShape> shapes_;
-  std::map<Cell, std::vector<Rock>> cells_;  ///< those in reach, kept from call to call
+  Cells cells_;  ///< those in reach, kept from call to call
 };
 
 }  // namespace demslam

@@ -8,7 +8,7 @@
 namespace demslam {
 namespace {
 
-constexpr double kSpacing = 0.1;       // metres between the points of the polyline
+constexpr double kSpacing = 0.1;  // metres between the points of the polyline
 constexpr std::size_t kRunPoints = 64;
 constexpr double kLoopOverlap = 1.03;  // a loop goes on over its first metres, so that they are seen again
 
@@ -63,19 +63,44 @@ std::vector<Eigen::Vector2d> through(const std::vector<Eigen::Vector2d>& way) {
   return points;
 }
 
+/// Straight legs from waypoint to waypoint.
+std::vector<Eigen::Vector2d> legs(const std::vector<Eigen::Vector2d>& way) {
+  std::vector<Eigen::Vector2d> points{way.front()};
+  for (std::size_t i = 0; i + 1 < way.size(); ++i) {
+    const int count = std::max(1, static_cast<int>(std::ceil((way[i + 1] - way[i]).norm() / kSpacing)));
+    for (int k = 1; k <= count; ++k)
+      points.push_back(way[i] + (way[i + 1] - way[i]) * (static_cast<double>(k) / count));
+  }
+  return points;
+}
+
 std::vector<Eigen::Vector2d> points_of(const RoverOptions& options) {
   if (options.route == RouteKind::loop) return loop(options);
+  if (options.route == RouteKind::legs) return legs(options.waypoints_m);
   return options.route == RouteKind::waypoints ? through(options.waypoints_m) : straight(options);
 }
 
 }  // namespace
 
-Route::Route(const RoverOptions& options) : points_(points_of(options)), arc_m_{0.0} {
+Route::Route(const RoverOptions& options)
+    : points_(points_of(options)),
+      arc_m_{0.0},
+      half_heading_m_(options.route == RouteKind::legs ? 1e-3 * kSpacing : 2.0 * kSpacing) {
   for (std::size_t i = 1; i < points_.size(); ++i) {
     arc_m_.push_back(arc_m_.back() + (points_[i] - points_[i - 1]).norm());
   }
   if (options.stop_after_m > 0.0 && options.stop_after_m < length_m()) cut(options.stop_after_m);
   index();
+  if (options.route == RouteKind::legs) find_corners();
+}
+
+void Route::find_corners() {
+  constexpr double kStraight = 1e-6;  // radians
+  for (std::size_t i = 1; i + 1 < points_.size(); ++i) {
+    const Eigen::Vector2d before = points_[i] - points_[i - 1], after = points_[i + 1] - points_[i];
+    const double turn = std::atan2(before.x() * after.y() - before.y() * after.x(), before.dot(after));
+    if (std::abs(turn) > kStraight) corners_.push_back({arc_m_[i], std::atan2(before.y(), before.x()), turn});
+  }
 }
 
 void Route::cut(double length_m) {
@@ -119,8 +144,7 @@ Eigen::Vector2d Route::position(double s_m) const {
 }
 
 double Route::heading(double s_m) const {
-  const double half = 2.0 * kSpacing;
-  const double back = std::max(0.0, s_m - half), ahead = std::min(length_m(), s_m + half);
+  const double back = std::max(0.0, s_m - half_heading_m_), ahead = std::min(length_m(), s_m + half_heading_m_);
   const Eigen::Vector2d along = position(ahead) - position(back);
   return std::atan2(along.y(), along.x());
 }

@@ -22,6 +22,12 @@ class Route {
   const std::vector<Eigen::Vector2d>& points() const { return points_; }  ///< a dense polyline
   double arc_m(std::size_t point) const { return arc_m_[point]; }
 
+  /// Where a route of legs turns on the spot.
+  struct Corner {
+    double s_m, from_heading, turn;  ///< radians, positive to the left
+  };
+  const std::vector<Corner>& corners() const { return corners_; }
+
   /// Segments points()[first .. last], in order, that may come into a rectangle: whole runs of them.
   struct Run {
     std::size_t first, last;
@@ -33,10 +39,13 @@ class Route {
   std::size_t segment(double s_m) const;
   void cut(double length_m);
   void index();
+  void find_corners();
 
   std::vector<Eigen::Vector2d> points_;
   std::vector<double> arc_m_;  ///< arc length at each point
   std::vector<Run> runs_;
+  std::vector<Corner> corners_;
+  double half_heading_m_;  ///< the heading is that of the chord this far back and ahead
 };
 
 }  // namespace demslam

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "demslam/base/error.h"
+#include "demslam/sim/schedule.h"
 
 namespace demslam {
 namespace {
@@ -15,7 +16,7 @@ constexpr double kContactStep = 0.06;  // contact patch of a wheel: 3 x 3 nodes 
 
 double contact_height(const Terrain& terrain, const Eigen::Vector2d& wheel) {
   Patch contact(wheel.x() - kContactStep, wheel.y() - kContactStep, kContactStep, 3, 3);
-  terrain.fill(contact);
+  terrain.fill_ground(contact);
   double sum = 0.0;
   for (const double height : contact.values) sum += height;
   return sum / static_cast<double>(contact.values.size());
@@ -42,31 +43,33 @@ void check_ground(const BaseSurface& base, const Eigen::Vector2d& position, doub
 
 Pose standing_pose(const Terrain& terrain, const RoverOptions& rover, const Eigen::Vector2d& position, double heading) {
   const Eigen::Vector2d forward(std::cos(heading), std::sin(heading)), left(-forward.y(), forward.x());
-  const auto wheel = [&](double along, double aside) {
-    return contact_height(terrain, position + along * rover.wheelbase_m * forward + aside * rover.track_m * left);
-  };
-  const double front_left = wheel(0.5, 0.5), front_right = wheel(0.5, -0.5);
-  const double rear_left = wheel(-0.5, 0.5), rear_right = wheel(-0.5, -0.5);
-  const double slope_forward = 0.5 * (front_left + front_right - rear_left - rear_right) / rover.wheelbase_m;
-  const double slope_left = 0.5 * (front_left + rear_left - front_right - rear_right) / rover.track_m;
+  double height = 0.0, along_sum = 0.0, along_squares = 0.0, aside_sum = 0.0, aside_squares = 0.0;
+  for (const double along : {0.5 * rover.wheelbase_m, 0.0, -0.5 * rover.wheelbase_m}) {
+    if (along == 0.0 && rover.wheels < 6) continue;
+    for (const double aside : {0.5 * rover.track_m, -0.5 * rover.track_m}) {
+      const double contact = contact_height(terrain, position + along * forward + aside * left);
+      height += contact / rover.wheels;
+      along_sum += along * contact, along_squares += along * along;
+      aside_sum += aside * contact, aside_squares += aside * aside;
+    }
+  }
   Eigen::Matrix3d R_map_body;
-  const Eigen::Vector3d x = Eigen::Vector3d(forward.x(), forward.y(), slope_forward).normalized();
-  const Eigen::Vector3d z = x.cross(Eigen::Vector3d(left.x(), left.y(), slope_left)).normalized();
+  const Eigen::Vector3d x = Eigen::Vector3d(forward.x(), forward.y(), along_sum / along_squares).normalized();
+  const Eigen::Vector3d z = x.cross(Eigen::Vector3d(left.x(), left.y(), aside_sum / aside_squares)).normalized();
   R_map_body << x, z.cross(x), z;
-  const double height = 0.25 * (front_left + front_right + rear_left + rear_right);
   return Pose(R_map_body, Eigen::Vector3d(position.x(), position.y(), height));
 }
 
 Trajectory drive(const Terrain& terrain, const RoverOptions& rover, const Route& route) {
-  const double step = rover.speed_m_per_s / rover.frame_rate_hz;
-  const auto frames = static_cast<std::size_t>(std::floor(route.length_m() / step + 1e-9)) + 1;
+  const Schedule schedule(rover, route);
+  const auto frames = static_cast<std::size_t>(std::floor(schedule.duration_s() * rover.frame_rate_hz + 1e-9)) + 1;
   Trajectory trajectory;
   for (std::size_t i = 0; i < frames; ++i) {
-    const double s = static_cast<double>(i) * step;
+    const double time_s = static_cast<double>(i) / rover.frame_rate_hz;
+    const auto [s, heading] = schedule.at(time_s);
     check_ground(terrain.base(), route.position(s), s);
-    const auto t_ns =
-        kFirstStamp + static_cast<TimestampNs>(std::llround(1e9 * static_cast<double>(i) / rover.frame_rate_hz));
-    trajectory.push_back({t_ns, standing_pose(terrain, rover, route.position(s), route.heading(s))});
+    const auto t_ns = kFirstStamp + static_cast<TimestampNs>(std::llround(1e9 * time_s));
+    trajectory.push_back({t_ns, standing_pose(terrain, rover, route.position(s), heading)});
   }
   return trajectory;
 }

@@ -105,7 +105,7 @@ TEST(Planner, GoesAroundASteepHillAndAHole) {
   RoverOptions rover;
   rover.route = RouteKind::planned;
   rover.waypoints_m = {{-150.0, 0.0}, {150.0, 0.0}};
-  const Route route(with_planned_route(terrain, rover));
+  const Route route(with_known_route(terrain, rover));
   EXPECT_LT((route.position(route.length_m()) - Eigen::Vector2d(150.0, 0.0)).norm(), 5.0);
   EXPECT_GT(route.distance_m({-60.0, 0.0}), 25.0);
   EXPECT_GT(route.distance_m({60.0, 0.0}), 15.0);
@@ -117,11 +117,11 @@ TEST(Planner, SaysWhichWaypointCannotBeReached) {
   EXPECT_THROW(plan(terrain, {{0.0, 0.0}, {500.0, 0.0}}), Error);
 }
 
-TEST(RockField, CoversTheAreaThatGolombeksLawSays) {
+TEST(RockPopulation, CoversTheAreaThatGolombeksLawSays) {
   const double k = 0.1, q = 1.79 + 0.152 / k, low = 0.1;
   double covered = 0.0;  // sum of the areas over fine bins of diameter
   for (double d = low; d < 4.0; d += 0.01)
-    covered += RockField::density(k, d, d + 0.01) * std::numbers::pi / 4.0 * std::pow(d + 0.005, 2);
+    covered += RockPopulation::density(k, d, d + 0.01) * std::numbers::pi / 4.0 * std::pow(d + 0.005, 2);
   EXPECT_NEAR(covered, k * std::exp(-q * low), 0.01 * k);
 }
 
@@ -132,7 +132,7 @@ TEST(RockField, IsTheSameFromEverywhereAndKeepsOffTheRoute) {
   rover.length_m = 50.0;
   const Terrain terrain(options, 1, plane_raster(0.0, {0.0, 0.0}));
   const Route route(rover);
-  RockField walked(options, 1, terrain, route), direct(options, 1, terrain, route);
+  RockField walked(terrain, route), direct(terrain, route);
   for (double x = 0.0; x < 30.0; x += 4.0) walked.around({x, 0.0}, 100.0);
   const auto from_walk = walked.around({30.0, 0.0}, 100.0), at_once = direct.around({30.0, 0.0}, 100.0);
   ASSERT_EQ(from_walk.size(), at_once.size());

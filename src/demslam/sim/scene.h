@@ -13,7 +13,7 @@ enum class Relief { flat, mare, mid, highland };
 enum class Photometry { lambert, lunar_lambert, hapke };
 enum class Soil { regolith, mare, highland };
 enum class Lens { pinhole, fisheye };
-enum class RouteKind { straight, loop, waypoints, planned };
+enum class RouteKind { straight, loop, waypoints, planned, legs, recorded };
 
 /// The rendered ground: a base surface (a DEM file, or generated), and everything finer than it, which is always
 /// generated.
@@ -21,13 +21,16 @@ struct TerrainOptions {
   std::filesystem::path dem;         ///< empty: the base is generated
   Relief relief = Relief::highland;  ///< amplitude of the generated relief, fine relief included
   double size_m = 500.0;             ///< side of a generated base, centred on the map's origin
-  double hurst = 0.85;               ///< fractal exponent: the amplitude of a wavelength L grows as L^hurst
+  double hurst = 0.9;                ///< fractal exponent: the amplitude of a wavelength L grows as L^hurst
   double roughness = 1.0;            ///< multiplies the relief's fractal amplitude
   double albedo_variation = 0.04;    ///< relative RMS of the ground's albedo, for each of four scales
   double crater_density = 1.0;       ///< 1: the equilibrium population, N(>D) = 0.079 D^-2 per square metre
   double rock_abundance = 0.03;      ///< area fraction covered by rocks (Golombek's k); 0: none
   double rock_max_m = 1.5;           ///< largest diameter
   double rock_clearance_m = 0.9;     ///< no rock higher than the rover's belly is closer to its route
+  bool continue_dem = true;  ///< amplitude and exponent of the relief below a DEM as measured on it; else the relief's
+  std::vector<Eigen::Vector3d> placed_craters;  ///< fresh craters at a chosen place: x, y, rim diameter, metres
+  bool tracks = true;                           ///< the rover's wheels leave ruts
 };
 
 struct LightOptions {
@@ -41,6 +44,8 @@ struct LightOptions {
   Soil soil = Soil::regolith;  ///< which parameters photometry = "hapke" takes (photometry.h)
   double earthshine = 0.0;     ///< light of the Earth, 1: of a full one, 1.0e-4 of the sun's; 0: none
   double earth_elevation_deg = 45.0, earth_azimuth_deg = 0.0;
+  std::string utc;    ///< 2026-11-25T12:00:00Z: the sun stands where it then is (sun_ephemeris.h); empty: as said above
+  double longitude_deg = 0.0, latitude_deg = 0.0;  ///< of the map's origin on the Moon, where the DEM does not say it
 };
 
 struct CameraOptions {
@@ -72,11 +77,18 @@ struct RoverOptions {
   Eigen::Vector2d start_m = Eigen::Vector2d::Zero();  ///< map position of the first pose (straight, loop)
   double heading_deg = 0.0;                           ///< of the first pose, from East towards North
   double length_m = 150.0;                            ///< driven distance; a loop closes after it and goes 3 % further
-  std::vector<Eigen::Vector2d> waypoints_m;           ///< for route = "waypoints": a smooth curve through them
+  /// "waypoints": a smooth curve through them; "planned": around steep slopes and rocks; "legs": straight from one to
+  /// the next, turning on the spot.
+  std::vector<Eigen::Vector2d> waypoints_m;
   double speed_m_per_s = 0.5;
-  double frame_rate_hz = 1.0;               ///< frames are speed_m_per_s / frame_rate_hz apart
-  double wheelbase_m = 1.2, track_m = 1.0;  ///< four contact points around the body's origin
-  double stop_after_m = 0.0;                ///< the route ends after this distance; 0: at its last point
+  double frame_rate_hz = 1.0;                ///< frames are speed_m_per_s / frame_rate_hz apart
+  double wheelbase_m = 1.2, track_m = 1.0;   ///< contact points around the body's origin
+  double stop_after_m = 0.0;                 ///< the route ends after this distance; 0: at its last point
+  std::filesystem::path recording;           ///< for route = "recorded": the places of a TUM trajectory (map frame)
+  double stop_every_m = 0.0, stop_s = 10.0;  ///< stands still for stop_s after every stop_every_m; 0: never
+  double turn_rate_deg_per_s = 10.0;         ///< of turns on the spot
+  int wheels = 4;                            ///< 4 or 6 (the middle pair between the others) carry the body
+  double slip_percent_per_deg = 0.3;         ///< wheels turn more than the rover advances, per degree uphill
 };
 
 /// The elevation map that the mission has: the rendered ground as an orbiter would have measured it.

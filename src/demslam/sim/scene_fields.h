@@ -20,10 +20,12 @@ inline constexpr EnumNames<Photometry, 3> kPhotometryNames{
 inline constexpr EnumNames<Soil, 3> kSoilNames{
     {{Soil::regolith, "regolith"}, {Soil::mare, "mare"}, {Soil::highland, "highland"}}};
 inline constexpr EnumNames<Lens, 2> kLensNames{{{Lens::pinhole, "pinhole"}, {Lens::fisheye, "fisheye"}}};
-inline constexpr EnumNames<RouteKind, 4> kRouteNames{{{RouteKind::straight, "straight"},
+inline constexpr EnumNames<RouteKind, 6> kRouteNames{{{RouteKind::straight, "straight"},
                                                       {RouteKind::loop, "loop"},
                                                       {RouteKind::waypoints, "waypoints"},
-                                                      {RouteKind::planned, "planned"}}};
+                                                      {RouteKind::planned, "planned"},
+                                                      {RouteKind::legs, "legs"},
+                                                      {RouteKind::recorded, "recorded"}}};
 
 /// A field that is an enumeration inside and a word in the file.
 template <class Io, class Enum, std::size_t N>
@@ -66,6 +68,14 @@ void terrain_fields(Io& io, O& terrain) {
   bounded(io, "rock_abundance", terrain.rock_abundance, 0.0, 0.3);
   bounded(io, "rock_max_m", terrain.rock_max_m, 0.05, 10.0);
   bounded(io, "rock_clearance_m", terrain.rock_clearance_m, 0.0, 10.0);
+  io.field("continue_dem", terrain.continue_dem);
+  io.field("placed_craters", terrain.placed_craters);
+  if constexpr (Io::kReads) {
+    for (const auto& crater : terrain.placed_craters) {
+      if (crater.z() <= 0.0) io.fail("placed_craters", "'placed_craters' are [x, y, diameter] with a diameter above 0");
+    }
+  }
+  io.field("tracks", terrain.tracks);
 }
 
 template <class Io, class O>
@@ -87,6 +97,9 @@ void light_fields(Io& io, O& light) {
   bounded(io, "earthshine", light.earthshine, 0.0, 1000.0);
   bounded(io, "earth_elevation_deg", light.earth_elevation_deg, 0.0, 90.0);
   bounded(io, "earth_azimuth_deg", light.earth_azimuth_deg, -360.0, 360.0);
+  io.field("utc", light.utc);
+  bounded(io, "longitude_deg", light.longitude_deg, -180.0, 360.0);
+  bounded(io, "latitude_deg", light.latitude_deg, -90.0, 90.0);
 }
 
 template <class Io, class O>
@@ -131,7 +144,8 @@ void rover_fields(Io& io, O& rover) {
   bounded(io, "length_m", rover.length_m, 0.1, 200000.0);
   io.field("waypoints_m", rover.waypoints_m);
   if constexpr (Io::kReads) {
-    const bool through_points = rover.route == RouteKind::waypoints || rover.route == RouteKind::planned;
+    const bool through_points =
+        rover.route == RouteKind::waypoints || rover.route == RouteKind::planned || rover.route == RouteKind::legs;
     if (through_points && rover.waypoints_m.size() < 2) {
       io.fail("waypoints_m", "this route needs at least two points in 'waypoints_m'");
     }
@@ -141,6 +155,17 @@ void rover_fields(Io& io, O& rover) {
   bounded(io, "wheelbase_m", rover.wheelbase_m, 0.1, 10.0);
   bounded(io, "track_m", rover.track_m, 0.1, 10.0);
   bounded(io, "stop_after_m", rover.stop_after_m, 0.0, 200000.0);
+  io.field("recording", rover.recording);
+  if constexpr (Io::kReads) {
+    if (rover.route == RouteKind::recorded && rover.recording.empty()) {
+      io.fail("route", "route = \"recorded\" needs a trajectory file in 'recording'");
+    }
+  }
+  bounded(io, "stop_every_m", rover.stop_every_m, 0.0, 200000.0);
+  bounded(io, "stop_s", rover.stop_s, 0.0, 1e6);
+  bounded(io, "turn_rate_deg_per_s", rover.turn_rate_deg_per_s, 0.1, 360.0);
+  bounded(io, "wheels", rover.wheels, 4, 6);
+  bounded(io, "slip_percent_per_deg", rover.slip_percent_per_deg, 0.0, 10.0);
 }
 
 template <class Io, class O>

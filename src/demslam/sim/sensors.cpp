@@ -90,7 +90,7 @@ std::string imu_text(const Motion& motion, TimestampNs first_ns, double duration
   return text;
 }
 
-std::string wheels_text(const Motion& motion, TimestampNs first_ns, double duration_s, double track_m,
+std::string wheels_text(const Motion& motion, TimestampNs first_ns, double duration_s, const RoverOptions& rover,
                         std::uint64_t seed) {
   Random random(seed, 0x776865656c);
   std::string text = "#timestamp [ns], left [m], right [m]\n";
@@ -100,7 +100,7 @@ std::string wheels_text(const Motion& motion, TimestampNs first_ns, double durat
     const Pose now = motion(static_cast<double>(i) / kWheelRate), step = last.inverse() * now;
     const double climb_deg =
         std::asin(std::clamp((now.rotation() * Eigen::Vector3d::UnitX()).z(), -1.0, 1.0)) / kRadPerDeg;
-    const double slip = 1.0 + 0.003 * climb_deg, turn = 0.5 * track_m * step.log()[2];
+    const double slip = 1.0 + 0.01 * rover.slip_percent_per_deg * climb_deg, turn = 0.5 * rover.track_m * step.log()[2];
     left += (step.translation().x() - turn) * (slip + 0.01 * random.normal());
     right += (step.translation().x() + turn) * (slip + 0.01 * random.normal());
     last = now;

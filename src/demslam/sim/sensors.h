@@ -25,8 +25,8 @@ struct ImuBias {
 ImuBias imu_bias(std::uint64_t seed);
 
 /// wheels.txt, 10 Hz: ns, distance rolled by the left and by the right wheels since the start (m). On a slope the
-/// wheels turn more than the rover advances: 0.3 % slip per degree uphill, 1 % noise per step.
-std::string wheels_text(const Motion& motion, TimestampNs first_ns, double duration_s, double track_m,
+/// wheels turn more than the rover advances, by the rover's slip per degree uphill; 1 % noise per step.
+std::string wheels_text(const Motion& motion, TimestampNs first_ns, double duration_s, const RoverOptions& rover,
                         std::uint64_t seed);
 
 /// A LuSNAR-like scanner: 128 beams from +15 to -25 degrees, 512 azimuths over 360 degrees, at most 30 m.

@@ -72,7 +72,7 @@ TEST(Wheels, MeasureTheWayOfEachSide) {
     return Pose(rotation_from_rpy(0.0, 0.0, 0.1 * t),
                 Eigen::Vector3d(10.0 * std::sin(0.1 * t), 10.0 * (1.0 - std::cos(0.1 * t)), 0.0));
   };
-  const auto last = table(wheels_text(arc, 0, 20.0, 1.0, 3)).back();
+  const auto last = table(wheels_text(arc, 0, 20.0, RoverOptions{}, 3)).back();
   EXPECT_NEAR(last[1], 20.0 * 0.95, 0.1);
   EXPECT_NEAR(last[2], 20.0 * 1.05, 0.1);
 }

@@ -9,6 +9,7 @@
 #include "demslam/sim/dataset_writer.h"
 #include "demslam/sim/dem_product.h"
 #include "demslam/sim/mission.h"
+#include "demslam/sim/pictures.h"
 #include "demslam/sim/rover.h"
 #include "demslam/sim/sensors.h"
 
@@ -33,7 +34,7 @@ void write_motion_sensors(const Mission& mission, const DatasetWriter& writer) {
   const double duration = mission.duration_s();
   if (scene.output.imu) writer.write_text("imu.txt", imu_text(motion, first, duration, scene.seed));
   if (scene.output.wheels) {
-    writer.write_text("wheels.txt", wheels_text(motion, first, duration, scene.rover.track_m, scene.seed));
+    writer.write_text("wheels.txt", wheels_text(motion, first, duration, scene.rover, scene.seed));
   }
   if (!scene.output.lidar || !scene.output.images) return;
   Trajectory scanner = mission.trajectory();
@@ -71,7 +72,8 @@ void write_frames(Mission& mission, const DatasetWriter& writer, const Progress&
 
 }  // namespace
 
-SimulationReport simulate(const SceneOptions& scene, const std::filesystem::path& out, const Progress& progress) {
+SimulationReport simulate(const SceneOptions& scene, const std::filesystem::path& out, const Progress& progress,
+                          const PictureFiles& pictures) {
   const Stopwatch watch;
   check_scene(scene, "scene");
   Mission mission(scene);
@@ -81,7 +83,12 @@ SimulationReport simulate(const SceneOptions& scene, const std::filesystem::path
   report.frames = mission.trajectory().size();
   report.length_m = path_length_m(mission.trajectory());
   if (scene.output.images) write_frames(mission, writer, progress, report);
-  if (!report.stopped) writer.close();
+  if (!report.stopped) {
+    writer.close();
+    MissionPictures look(mission, out);
+    if (!pictures.contact_sheet.empty()) look.write_contact_sheet(pictures.contact_sheet);
+    if (!pictures.video.empty()) look.write_video(pictures.video);
+  }
   report.elapsed_s = 1e-3 * watch.elapsed_ms();
   return report;
 }

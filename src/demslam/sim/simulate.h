@@ -19,12 +19,18 @@ struct SimulationReport {
   bool stopped = false;              ///< asked to stop before the last frame; the same call goes on from there
 };
 
+/// Pictures of the mission to look at (MissionPictures); an empty path: not wanted.
+struct PictureFiles {
+  std::filesystem::path contact_sheet, video;
+};
+
 /// Renders a mission into a `demslam` dataset: the LuSNAR layout (image0/color, image1/color, image0/depth, gt.txt)
 /// plus calibration.toml, start.toml, dem.tif (what the mission has) and scene.toml; truth/dem_truth.tif is for
 /// evaluation only. A folder of the same scene is resumed at the first incomplete frame; a folder of another scene is
 /// refused. With output.images = false all but the frames is written: `run` renders them when it reads them
 /// (rendered_sequence.h). Same scene, same bytes, on any number of threads. Throws Error: unwritable folder, full disk,
 /// route off the DEM or through a hole.
-SimulationReport simulate(const SceneOptions& scene, const std::filesystem::path& out, const Progress& progress = {});
+SimulationReport simulate(const SceneOptions& scene, const std::filesystem::path& out, const Progress& progress = {},
+                          const PictureFiles& pictures = {});
 
 }  // namespace demslam

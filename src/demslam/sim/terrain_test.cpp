@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "demslam/base/error.h"
 #include "demslam/base/random.h"
@@ -20,7 +21,7 @@ TerrainOptions small_highland() {
 
 TEST(Noise, HasTheStatedSpread) {
   Patch patch(0.0, 0.0, 0.37, 400, 400);
-  Noise{5, 1.0, 2.0}.add_to(patch);
+  Noise(5, 1.0, 2.0).add_to(patch);
   double sum = 0.0, squares = 0.0;
   for (const double value : patch.values) sum += value, squares += value * value;
   const double mean = sum / patch.values.size(), rms = std::sqrt(squares / patch.values.size() - mean * mean);
@@ -40,6 +41,19 @@ TEST(Noise, PatchAndPointAgreeAndTheGradientIsNumericallyRight) {
     EXPECT_NEAR(sample.dx, (noise.sample(x + h, y).value - noise.sample(x - h, y).value) / (2.0 * h), 1e-6);
     EXPECT_NEAR(sample.dy, (noise.sample(x, y + h).value - noise.sample(x, y - h).value) / (2.0 * h), 1e-6);
   }
+}
+
+TEST(Noise, IsNotAlignedWithTheMap) {
+  // Gradient noise is quiet along the lines of its lattice: were they the map's, every fourth row would be.
+  Patch patch(0.0, 0.0, 0.25, 4000, 16);
+  Noise(5, 1.0, 1.0).add_to(patch);
+  double quietest = 1e9, loudest = 0.0;
+  for (int iy = 0; iy < patch.ny; ++iy) {
+    double squares = 0.0;
+    for (int ix = 0; ix < patch.nx; ++ix) squares += patch.at(ix, iy) * patch.at(ix, iy);
+    quietest = std::min(quietest, squares), loudest = std::max(loudest, squares);
+  }
+  EXPECT_LT(loudest / quietest, 1.25);
 }
 
 TEST(Crater, IsSmoothAndEndsAtItsReach) {
@@ -158,6 +172,65 @@ TEST(Clipmap, LevelsMeetWithoutAStep) {
       EXPECT_NEAR(here.slope_y, there.slope_y, 1e-3);
     }
   }
+}
+
+/// Slopes of the surface as it is shown, from the innermost level that covers a position.
+Eigen::Vector2d shown_slope(const Clipmap& clipmap, const Eigen::Vector2d& p) {
+  for (std::size_t k = 0; k < clipmap.levels().size(); ++k) {
+    const Clipmap::Level& level = clipmap.levels()[k];
+    const Eigen::Vector2d cell = p / level.step_m - Eigen::Vector2d(level.first_x, level.first_y);
+    if (cell.minCoeff() < 0.0 || cell.maxCoeff() > clipmap.cells()) continue;
+    const Eigen::Vector2d local = p - clipmap.origin().head<2>();
+    const Clipmap::Shade shade =
+        clipmap.shade(static_cast<int>(k), static_cast<float>(local.x()), static_cast<float>(local.y()));
+    return {shade.slope_x, shade.slope_y};
+  }
+  return Eigen::Vector2d::Zero();
+}
+
+TEST(Clipmap, WalkingAcrossItsSeamsNeitherHeightNorNormalJumps) {
+  const Terrain terrain(small_highland(), 7);
+  Clipmap clipmap(terrain, 128, 200.0);
+  clipmap.centre_on({3.0, 5.0});
+  constexpr double kHair = 2e-4;
+  for (std::size_t k = 0; k + 1 < clipmap.levels().size(); ++k) {
+    const Clipmap::Level& level = clipmap.levels()[k];
+    const double east = (level.first_x + clipmap.cells()) * level.step_m, south = level.first_y * level.step_m;
+    for (int i = 0; i < 200; ++i) {  // at 200 places of the level's eastern edge
+      const double y = south + clipmap.cells() * level.step_m * (i + 0.37) / 200.0;
+      const Eigen::Vector2d here(east - kHair, y), there(east + kHair, y);
+      EXPECT_NEAR(clipmap.shown_height(here), clipmap.shown_height(there), 1e-3) << level.step_m;
+      const Eigen::Vector2d a = shown_slope(clipmap, here), b = shown_slope(clipmap, there);
+      const double turn = std::acos(std::min(
+          1.0,
+          Eigen::Vector3d(-a.x(), -a.y(), 1.0).normalized().dot(Eigen::Vector3d(-b.x(), -b.y(), 1.0).normalized())));
+      EXPECT_LT(turn * 180.0 / std::numbers::pi, 0.1) << level.step_m;
+    }
+  }
+}
+
+TEST(Terrain, RisesToHillsBeyondItsEdgeAndNowhereElse) {
+  TerrainOptions options = small_highland();
+  options.crater_density = 0.0;
+  const Terrain terrain(options, 7);
+  const double just_inside = terrain.height(99.999, 3.0), just_outside = terrain.height(100.001, 3.0);
+  EXPECT_NEAR(just_inside, just_outside, 1e-3);
+  double squares = 0.0, far_squares = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    squares += std::pow(terrain.height(-99.0 + 2.0 * i, 5.0), 2);
+    far_squares += std::pow(terrain.height(5000.0 + 300.0 * i, 5.0), 2);
+  }
+  EXPECT_GT(std::sqrt(far_squares / 100.0), 5.0 * std::sqrt(squares / 100.0));
+  EXPECT_LT(std::sqrt(far_squares / 100.0), 500.0);
+}
+
+TEST(Terrain, HasACraterWhereOneIsPlaced) {
+  TerrainOptions options = small_highland();
+  const double before = Terrain(options, 7).height(10.0, 20.0), rim_before = Terrain(options, 7).height(30.0, 20.0);
+  options.placed_craters = {{10.0, 20.0, 40.0}};
+  const Terrain terrain(options, 7);
+  EXPECT_NEAR(terrain.height(10.0, 20.0) - before, -0.13 * 40.0, 1e-6);
+  EXPECT_NEAR(terrain.height(30.0, 20.0) - rim_before, 0.04 * 40.0, 1e-6);
 }
 
 TEST(Clipmap, DependsOnThePlaceAndNotOnTheWayThere) {

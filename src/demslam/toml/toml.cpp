@@ -73,6 +73,11 @@ std::string bracketed(const Range& values, const Format& format) {
   return text + "]";
 }
 
+template <class Vector>
+std::string coordinates(const Vector& point) {
+  return bracketed(std::vector<double>(point.data(), point.data() + point.size()), shortest);
+}
+
 }  // namespace
 
 TomlReader::TomlReader(std::unique_ptr<Node> node) : node_(std::move(node)) {}
@@ -204,21 +209,33 @@ void TomlReader::field(std::string_view key, Eigen::Vector3d& value) {
   value = Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
 }
 
-void TomlReader::field(std::string_view key, std::vector<Eigen::Vector2d>& value) {
+template <class Vector>
+void TomlReader::points(std::string_view key, std::vector<Vector>& value, const char* shape) {
   const toml::node* found = node_->find(key);
   if (found == nullptr) return;
-  const std::string message = "'" + std::string(key) + "' must be a list of [x, y] pairs";
+  const std::string message = "'" + std::string(key) + "' must be a list of " + shape;
   const toml::array* array = found->as_array();
   if (array == nullptr) fail(key, message);
-  std::vector<Eigen::Vector2d> points;
+  std::vector<Vector> points;
   for (const toml::node& element : *array) {
-    const toml::array* pair = element.as_array();
-    if (pair == nullptr || pair->size() != 2) fail(key, message);
-    const auto x = pair->get(0)->value<double>(), y = pair->get(1)->value<double>();
-    if (!x || !y || !std::isfinite(*x) || !std::isfinite(*y)) fail(key, message);
-    points.emplace_back(*x, *y);
+    const toml::array* numbers = element.as_array();
+    if (numbers == nullptr || numbers->size() != Vector::SizeAtCompileTime) fail(key, message);
+    Vector& point = points.emplace_back();
+    for (std::size_t i = 0; i < numbers->size(); ++i) {
+      const auto number = numbers->get(i)->value<double>();
+      if (!number || !std::isfinite(*number)) fail(key, message);
+      point[static_cast<Eigen::Index>(i)] = *number;
+    }
   }
   value = std::move(points);
+}
+
+void TomlReader::field(std::string_view key, std::vector<Eigen::Vector2d>& value) {
+  points(key, value, "[x, y] pairs");
+}
+
+void TomlReader::field(std::string_view key, std::vector<Eigen::Vector3d>& value) {
+  points(key, value, "[x, y, z] triples");
 }
 
 void TomlReader::field(std::string_view key, Pose& value) {
@@ -296,8 +313,10 @@ void TomlWriter::field(std::string_view key, const Eigen::Vector3d& value) {
   line(key, bracketed(std::vector<double>(value.data(), value.data() + 3), shortest));
 }
 void TomlWriter::field(std::string_view key, const std::vector<Eigen::Vector2d>& value) {
-  line(key,
-       bracketed(value, [](const Eigen::Vector2d& p) { return "[" + shortest(p.x()) + ", " + shortest(p.y()) + "]"; }));
+  line(key, bracketed(value, coordinates<Eigen::Vector2d>));
+}
+void TomlWriter::field(std::string_view key, const std::vector<Eigen::Vector3d>& value) {
+  line(key, bracketed(value, coordinates<Eigen::Vector3d>));
 }
 void TomlWriter::field(std::string_view key, const Pose& value) {
   const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> m = value.matrix();

@@ -42,6 +42,7 @@ class TomlReader {
   void field(std::string_view key, Eigen::Vector2d& value);
   void field(std::string_view key, Eigen::Vector3d& value);
   void field(std::string_view key, std::vector<Eigen::Vector2d>& value);  ///< [[x, y], ...]
+  void field(std::string_view key, std::vector<Eigen::Vector3d>& value);  ///< [[x, y, z], ...]
   /// A pose as 16 numbers, row-major 4x4; refused when it is no rigid transform.
   void field(std::string_view key, Pose& value);
 
@@ -56,6 +57,8 @@ class TomlReader {
 
  private:
   struct Node;
+  template <class Vector>
+  void points(std::string_view key, std::vector<Vector>& value, const char* shape);
   explicit TomlReader(std::unique_ptr<Node> node);
   std::unique_ptr<Node> node_;
 };
@@ -76,6 +79,7 @@ class TomlWriter {
   void field(std::string_view key, const Eigen::Vector2d& value);
   void field(std::string_view key, const Eigen::Vector3d& value);
   void field(std::string_view key, const std::vector<Eigen::Vector2d>& value);
+  void field(std::string_view key, const std::vector<Eigen::Vector3d>& value);
   void field(std::string_view key, const Pose& value);
   void section(std::string_view key, const std::function<void(TomlWriter&)>& body);
   void comment(std::string_view line);
