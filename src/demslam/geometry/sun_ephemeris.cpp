@@ -45,7 +45,7 @@ Ecliptic sun_from_earth(const MeanAngles& a) {
   return {a.sun_longitude + centre - aberration, 0.0, distance * kAstronomicalUnit};
 }
 
-/// The largest terms of Meeus' tables 47.A and 47.B: within 0.2 degrees, which move the sun by 0.0005.
+/// The largest terms of Meeus' tables 47.A and 47.B. The sun is 389 times as far, so that an error here counts little.
 Ecliptic moon_from_earth(const MeanAngles& a) {
   const double m = a.moon_anomaly, d = a.elongation, f = a.argument_of_latitude;
   const double longitude = 6.288774 * std::sin(m) + 1.274027 * std::sin(2.0 * d - m) + 0.658314 * std::sin(2.0 * d) +

@@ -40,21 +40,21 @@ TEST(SubsolarPoint, LiesOnTheNearSideAtALunarEclipseAndOnTheFarSideAtASolarOne) 
   }
 }
 
-/// Sun elevations at the Apollo landings (Orloff, Apollo by the Numbers, NASA SP-2000-4029: "Sun elevation at
-/// landing").
-TEST(SunDirection, HasThePublishedElevationAtEveryApolloLanding) {
-  struct Landing {
+/// Values of J. Scotti, "Sun and Earth: Altitudes and Azimuths at the Apollo Landing Sites", Apollo Lunar Surface
+/// Journal, which states agreement of two ephemerides to 0.5 degrees.
+TEST(SunDirection, HasThePublishedElevationAndAzimuthOverTheFirstTwoApolloSites) {
+  struct Sight {
     const char* utc;
-    double latitude_deg, longitude_deg, elevation_deg;
+    double longitude_deg, latitude_deg, elevation_deg, azimuth_from_north_deg;
   };
-  for (const Landing& landing :
-       {Landing{"1969-07-20T20:17:40Z", 0.674, 23.473, 10.8}, Landing{"1969-11-19T06:54:36Z", -3.012, -23.422, 5.1},
-        Landing{"1971-02-05T09:18:13Z", -3.645, -17.471, 10.3}, Landing{"1971-07-30T22:16:29Z", 26.132, 3.634, 12.2},
-        Landing{"1972-04-21T02:23:35Z", -8.973, 15.500, 11.9}, Landing{"1972-12-11T19:54:58Z", 20.191, 30.772, 13.3}}) {
+  for (const Sight& sight : {Sight{"1969-07-20T20:17:39Z", 23.4333, 0.6875, 10.65, 88.81},
+                             Sight{"1969-07-21T17:54:00Z", 23.4333, 0.6875, 21.65, 88.91},
+                             Sight{"1969-11-19T06:54:36Z", -23.3856, -3.1975, 5.19, 91.16},
+                             Sight{"1969-11-20T14:25:47Z", -23.3856, -3.1975, 21.11, 90.33}}) {
     const Eigen::Vector3d sun =
-        sun_direction_enu(julian_day(landing.utc), landing.longitude_deg * kDeg, landing.latitude_deg * kDeg);
-    EXPECT_NEAR(std::asin(sun.z()) / kDeg, landing.elevation_deg, 0.5) << landing.utc;
-    EXPECT_GT(sun.x(), 0.9) << "morning: the sun stands in the East";
+        sun_direction_enu(julian_day(sight.utc), sight.longitude_deg * kDeg, sight.latitude_deg * kDeg);
+    EXPECT_NEAR(std::asin(sun.z()) / kDeg, sight.elevation_deg, 0.5) << sight.utc;
+    EXPECT_NEAR(std::atan2(sun.x(), sun.y()) / kDeg, sight.azimuth_from_north_deg, 0.5) << sight.utc;
     EXPECT_NEAR(sun.norm(), 1.0, 1e-12);
   }
 }

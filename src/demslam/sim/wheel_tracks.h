@@ -17,8 +17,6 @@ class WheelTracks : public GroundLayer {
   std::uint64_t revision() const override { return steps_; }
 
  private:
-  double profile_m(double s_m, double left_m) const;
-
   const Route& route_;
   double half_track_m_;
   std::uint64_t steps_ = 0;  ///< of kStep metres that are driven
