@@ -27,9 +27,10 @@ struct Scale {
   double steep_deg;      ///< above it, fifty times as much
   double half_smooth_m;  ///< half width of the running mean over the finished way
   double keep_m;         ///< distance of the finished way's points
+  int fineness;          ///< slopes are taken on a grid finer by this than the nodes
 };
-constexpr Scale kFar{5.0, 300.0, 6.0, 15.0, 20.0, 10.0};  // hills, large craters
-constexpr Scale kNear{1.0, 20.0, 8.0, 15.0, 2.0, 2.0};    // small craters and rocks
+constexpr Scale kFar{5.0, 300.0, 6.0, 15.0, 20.0, 10.0, 1};  // hills, large craters
+constexpr Scale kNear{1.0, 20.0, 8.0, 15.0, 2.0, 2.0, 2};    // craters from 1.5 m, rocks
 constexpr double kLookAhead = 120.0, kCommitted = 80.0;   // metres of the far way that the near search takes at a time
 
 /// Cost per metre at the nodes of a grid.
@@ -58,14 +59,16 @@ CostMap cost_map(const Terrain& terrain, const Scale& scale, const Way& around) 
   CostMap map{Patch(low.x() - scale.margin_m, low.y() - scale.margin_m, grid, static_cast<int>(size.x() / grid) + 1,
                     static_cast<int>(size.y() / grid) + 1),
               {}};
-  terrain.fill_ground(map.nodes);
+  const int n = scale.fineness;
+  Patch ground(map.nodes.x0, map.nodes.y0, grid / n, n * (map.nodes.nx - 1) + 1, n * (map.nodes.ny - 1) + 1);
+  terrain.fill_ground(ground);
   map.cost.assign(map.nodes.values.size(), kForbidden);
   for (int iy = 1; iy + 1 < map.nodes.ny; ++iy) {
     for (int ix = 1; ix + 1 < map.nodes.nx; ++ix) {
       const double x = map.nodes.x(ix), y = map.nodes.y(iy);
       if (!terrain.base().inside(x, y) || terrain.base().is_hole(x, y)) continue;
-      const double dx = (map.nodes.at(ix + 1, iy) - map.nodes.at(ix - 1, iy)) / (2.0 * grid);
-      const double dy = (map.nodes.at(ix, iy + 1) - map.nodes.at(ix, iy - 1)) / (2.0 * grid);
+      const double dx = (ground.at(n * ix + 1, n * iy) - ground.at(n * ix - 1, n * iy)) / (2.0 * ground.step);
+      const double dy = (ground.at(n * ix, n * iy + 1) - ground.at(n * ix, n * iy - 1)) / (2.0 * ground.step);
       map.cost[static_cast<std::size_t>(iy) * map.nodes.nx + ix] =
           cost_of_slope(scale, std::atan(std::hypot(dx, dy)) * 180.0 / std::numbers::pi);
     }
