@@ -42,7 +42,6 @@ export interface ViewData {
 }
 
 export interface ImageData {
-  frame: number;
   width_px: number;
   height_px: number;
   jpeg: string;

@@ -76,7 +76,7 @@ Json views_json(const std::vector<KeyframePose>& keyframes, const MapStore* map,
   if (map != nullptr) features.emplace(*map, dataset.rig());
   Json views = Json::array();
   for (const std::size_t k : evenly(keyframes.size(), options.images)) {
-    const auto image = images.add(dataset, keyframes[k].frame);
+    const auto image = images.add(dataset, keyframes[k].t_ns);
     if (!image) continue;
     Json view = {{"keyframe", keyframes[k].number}, {"image", *image}};
     if (features) features->add_to(view, keyframes[k].number, options.features);

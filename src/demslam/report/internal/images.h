@@ -21,7 +21,8 @@ class RunDataset {
   explicit RunDataset(const ReportRun& run);
   const RectifiedRig& rig() const { return rectifier_.rig(); }
   const std::string& name() const { return name_; }
-  Image left(std::size_t frame) const { return rectifier_.left(sequence_->frame(frame).left); }
+  /// Throws Error when the dataset has no such image (any more).
+  Image left(TimestampNs t_ns) const;
 
  private:
   std::string name_;
@@ -34,12 +35,12 @@ class ImageTable {
  public:
   explicit ImageTable(const PageOptions& options) : options_(options) {}
   /// The image's place in the table; nothing when it cannot be read.
-  std::optional<std::size_t> add(const RunDataset& dataset, std::size_t frame);
+  std::optional<std::size_t> add(const RunDataset& dataset, TimestampNs t_ns);
   nlohmann::ordered_json take() { return std::move(images_); }
 
  private:
   PageOptions options_;
-  std::map<std::pair<std::string, std::size_t>, std::size_t> places_;
+  std::map<std::pair<std::string, TimestampNs>, std::size_t> places_;
   nlohmann::ordered_json images_ = nlohmann::ordered_json::array();
 };
 
