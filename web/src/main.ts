@@ -80,7 +80,7 @@ function start(data: PageData): void {
   applyTheme(store.state.dark);
   const stage = new Stage(page, store);
   const inspector = new Inspector(page, store);
-  const plots = new Plots(page, store);
+  const plots = new Plots(page, store, () => (document.documentElement.dataset["drawn"] = "true"));
   let parts = tables(page, store);
   let runs = legend(page, store);
   const title = el("h1", {}, datasetOf(page));
@@ -97,6 +97,7 @@ function start(data: PageData): void {
     el("footer", {}, "Map frame: East, North, up, metres. Errors and residuals as named; no value is smoothed."),
   );
   stage.start();
+  plots.start();
   document.addEventListener("keydown", (event) => {
     if (event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement || event.ctrlKey || event.metaKey) return;
     if (event.key === ".") inspector.step(1);

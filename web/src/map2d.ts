@@ -14,6 +14,7 @@ export class PlanMap {
   private page: Page;
   private centre: [number, number] = [0, 0];
   private metresPerPixel = 0; // 0: fit
+  private size: [number, number] = [1, 1]; // of the canvas when it was last drawn, CSS pixels
   private readonly redraw = onNextFrame(() => this.draw());
   private readonly pointers = new Map<number, [number, number]>();
   private moved = 0;
@@ -39,7 +40,7 @@ export class PlanMap {
     this.redraw();
   }
   zoom(factor: number, at?: [number, number]): void {
-    const { clientWidth: w, clientHeight: h } = this.canvas;
+    const [w, h] = this.size;
     const [u, v] = at ?? [w / 2, h / 2];
     const before = this.metresPerPixel;
     this.metresPerPixel = before / factor;
@@ -94,7 +95,7 @@ export class PlanMap {
   }
 
   private pixel(x: number, y: number): [number, number] {
-    const { clientWidth: w, clientHeight: h } = this.canvas;
+    const [w, h] = this.size;
     return [w / 2 + (x - this.centre[0]) / this.metresPerPixel, h / 2 - (y - this.centre[1]) / this.metresPerPixel];
   }
 
@@ -109,6 +110,7 @@ export class PlanMap {
   private draw(): void {
     const surface = surfaceOf(this.canvas);
     if (!surface) return;
+    this.size = [surface.width, surface.height];
     this.fitIfAsked(surface.width, surface.height);
     const state = this.store.state;
     this.drawGround(surface);

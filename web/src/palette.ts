@@ -7,8 +7,8 @@ const GROUND = ["#ff8030", "#3db0ff", "#1fd6a0", "#ff9bd8", "#ffcf3f", "#aadcff"
 
 export const TRUTH = "#ffffff";
 
-/** Of processing stages, in the order of the pipeline (Tol, muted). */
-const STAGES = ["#332288", "#88ccee", "#44aa99", "#ddcc77", "#cc6677", "#aa4499", "#999933"];
+/** Of processing stages, in the order of the pipeline (Tol, bright). */
+const STAGES = ["#4477aa", "#66ccee", "#228833", "#ccbb44", "#ee6677", "#aa3377", "#bbbbbb"];
 
 const cyclic = (colours: string[], index: number): string => colours[index % colours.length]!;
 

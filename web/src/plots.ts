@@ -102,9 +102,10 @@ function scaleOf(series: Series[], unit: string): [number, string] {
 
 const css = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
+/** As many as tell all the ticks apart exactly. */
 function decimalsOf(values: number[]): number {
-  const step = Math.abs((values[1] ?? 1) - (values[0] ?? 0)) || 1;
-  return Math.min(6, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+  const exact = (decimals: number) => values.every((v) => Math.abs(v - Number(v.toFixed(decimals))) < 1e-4 * 10 ** -decimals);
+  return [0, 1, 2, 3, 4, 5].find(exact) ?? 6;
 }
 
 function axis(label: string, size: number, side: 2 | 3): uPlot.Axis {
@@ -131,19 +132,23 @@ const syncKey = "distance";
 export class Plots {
   readonly element = el("div", { class: "plots" });
   private plots: uPlot[] = [];
-  private readonly resize = new ResizeObserver(() => this.fit());
+  private pending: (() => void)[] = []; // figures still to be drawn
 
   constructor(
     private page: Page,
     private readonly store: Store,
+    private readonly onDrawn: () => void,
   ) {
-    this.build();
-    this.resize.observe(this.element);
     store.on((_, changed) => {
       if (changed.has("dark") || changed.has("hidden")) this.build();
     });
   }
 
+  /** Once the element is in the document: figures are drawn a few at a time, so that the page answers meanwhile. */
+  start(): void {
+    new ResizeObserver(() => this.fit()).observe(this.element);
+    this.build();
+  }
   update(page: Page): void {
     this.page = page;
     this.build();
@@ -151,9 +156,18 @@ export class Plots {
 
   private build(): void {
     for (const plot of this.plots.splice(0)) plot.destroy();
+    const idle = this.pending.length === 0;
+    this.pending = [];
     const runs = visibleRuns(this.page, this.store.state);
     this.element.replaceChildren(...groupsOf(this.page).map((group) => this.group(group, runs)));
-    this.fit();
+    if (idle) requestAnimationFrame(() => this.drawNext());
+  }
+
+  private drawNext(): void {
+    const begin = performance.now();
+    while (this.pending.length > 0 && performance.now() - begin < 40) this.pending.shift()!();
+    if (this.pending.length > 0) requestAnimationFrame(() => this.drawNext());
+    else this.onDrawn();
   }
 
   private group(group: Group, runs: Run[]): HTMLElement {
@@ -161,7 +175,7 @@ export class Plots {
     const hidden = runs.length === 0;
     return el("section", { class: "group" },
       el("h2", {}, group.title),
-      drawn.length > 0 ? el("div", { class: "grid" }, ...drawn) : el("p", { class: "missing" }, hidden ? "Every run is hidden." : group.missing));
+      drawn.length > 0 ? el("div", { class: `grid of-${Math.min(drawn.length, 5)}` }, ...drawn) : el("p", { class: "missing" }, hidden ? "Every run is hidden." : group.missing));
   }
 
   private figure(plot: PlotOf, runs: Run[]): HTMLElement | null {
@@ -173,16 +187,20 @@ export class Plots {
     const figure = el("figure", {},
       el("figcaption", {}, el("b", {}, plot.title), plot.note ? el("span", {}, plot.note) : null, readout),
       holder);
+    this.pending.push(() => this.plots.push(this.plot(plot, unit, factor, series, readout, holder)));
+    return figure;
+  }
+
+  private plot(plot: PlotOf, unit: string, factor: number, series: Series[], readout: HTMLElement, holder: HTMLElement): uPlot {
     const tables = series.map((s) => [s.x, s.y.map((value) => (value === null ? null : value * factor))] as uPlot.AlignedData);
     const data = tables.length === 1 ? tables[0]! : uPlot.join(tables);
-    this.plots.push(new uPlot(this.options(plot, unit, series, readout), data, holder));
-    return figure;
+    return new uPlot({ ...this.options(plot, unit, series, readout), width: holder.clientWidth || 300 }, data, holder);
   }
 
   private options(plot: PlotOf, unit: string, series: Series[], readout: HTMLElement): uPlot.Options {
     const state: State = this.store.state;
     return {
-      width: 300,
+      width: 300, // replaced by what there is
       height: 210,
       legend: { show: false },
       padding: [10, 14, 0, 0],

@@ -1,5 +1,5 @@
 // What the 3-D scene and the plan map share: which keyframes can be picked, and how large uncertainty is drawn.
-import type { Page, Run } from "./data";
+import type { Page, Run, Track } from "./data";
 import type { Selection, State } from "./store";
 
 export interface PickPoint extends Selection {
@@ -45,6 +45,31 @@ export function nearest(
 export function evenly(rows: number, count: number): number[] {
   if (rows <= count) return Array.from({ length: rows }, (_, i) => i);
   return Array.from({ length: count }, (_, i) => Math.round((i * (rows - 1)) / (count - 1)));
+}
+
+/** Rows of a track that keep every other one within `tolerance_m` of the line through them (Douglas and Peucker). */
+export function simplified({ x, y, z }: Track, tolerance_m: number): number[] {
+  const last = x.length - 1;
+  if (last < 1) return [];
+  const kept = new Uint8Array(x.length);
+  kept[0] = kept[last] = 1;
+  const open: [number, number][] = [[0, last]];
+  for (let span = open.pop(); span; span = open.pop()) {
+    const [a, b] = span;
+    const [dx, dy, dz] = [x[b]! - x[a]!, y[b]! - y[a]!, z[b]! - z[a]!];
+    const square = dx * dx + dy * dy + dz * dz || 1;
+    let [farthest, most] = [-1, tolerance_m ** 2];
+    for (let i = a + 1; i < b; ++i) {
+      const [px, py, pz] = [x[i]! - x[a]!, y[i]! - y[a]!, z[i]! - z[a]!];
+      const t = Math.min(1, Math.max(0, (px * dx + py * dy + pz * dz) / square));
+      const distance = (px - t * dx) ** 2 + (py - t * dy) ** 2 + (pz - t * dz) ** 2;
+      if (distance > most) [farthest, most] = [i, distance];
+    }
+    if (farthest < 0) continue;
+    kept[farthest] = 1;
+    open.push([a, farthest], [farthest, b]);
+  }
+  return Array.from(kept.keys()).filter((i) => kept[i]);
 }
 
 /** Points of the ellipse of `sigmas` standard deviations of a 2 x 2 covariance, closed. */

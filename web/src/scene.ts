@@ -24,12 +24,13 @@ import type { Page, Terrain, Track } from "./data";
 import { groundOf } from "./data";
 import { onNextFrame } from "./dom";
 import { groundColour, TRUTH } from "./palette";
-import { evenly, keyframePosition, loopLines, nearest, pickable, positionAt, rings, visibleRuns } from "./projection";
+import { keyframePosition, loopLines, nearest, pickable, positionAt, rings, simplified, visibleRuns } from "./projection";
 import type { State, Store } from "./store";
 import { heightAt } from "./terrain";
 
-const MAX_LINE_POINTS = 6000;
+const DETAIL = 1 / 4000; // of the extent: how far a drawn track may be off
 const CASING = "#0b0c10";
+const BALL = new SphereGeometry(1, 20, 14);
 
 function terrainMesh(terrain: Terrain, shaded: HTMLCanvasElement, origin: Vector3): Mesh {
   const { rows, cols, step_m, heights_m } = terrain;
@@ -48,7 +49,7 @@ function terrainMesh(terrain: Terrain, shaded: HTMLCanvasElement, origin: Vector
   for (let row = 0; row + 1 < rows; ++row) {
     for (let col = 0; col + 1 < cols; ++col) {
       const [a, b, c, d] = [row * cols + col, row * cols + col + 1, (row + 1) * cols + col, (row + 1) * cols + col + 1];
-      if ([a, b, c, d].some((i) => Number.isNaN(heights_m[i]!))) continue;
+      if (Number.isNaN(heights_m[a]! + heights_m[b]! + heights_m[c]! + heights_m[d]!)) continue;
       indices.push(a, c, b, b, c, d);
     }
   }
@@ -60,6 +61,7 @@ function terrainMesh(terrain: Terrain, shaded: HTMLCanvasElement, origin: Vector
   map.colorSpace = SRGBColorSpace;
   map.minFilter = LinearFilter;
   map.generateMipmaps = false;
+  map.anisotropy = 8;
   const material = new MeshBasicMaterial({ map, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   return new Mesh(geometry, material);
 }
@@ -178,7 +180,7 @@ export class SpaceScene {
       depthTest: !options.ghost,
       depthWrite: !options.ghost,
       transparent: options.ghost ?? false,
-      opacity: options.ghost ? 0.32 : 1,
+      opacity: options.ghost ? 0.6 : 1,
     });
     this.materials.push(material);
     return material;
@@ -202,7 +204,7 @@ export class SpaceScene {
   }
 
   private addTrack(track: Track, colour: string, width: number, dashed = false): void {
-    const rows = evenly(track.x.length, MAX_LINE_POINTS);
+    const rows = simplified(track, this.extent * DETAIL);
     if (rows.length < 2) return;
     const points = rows.flatMap((i) => [track.x[i]! - this.origin.x, track.y[i]! - this.origin.y, track.z[i]! - this.origin.z]);
     const geometry = new LineGeometry().setPositions(points);
@@ -246,7 +248,7 @@ export class SpaceScene {
   }
 
   private addMarker(p: { x: number; y: number; z: number }, colour: string, pixels: number): void {
-    const marker = new Mesh(new SphereGeometry(1, 20, 14), new MeshBasicMaterial({ color: colour, depthTest: false }));
+    const marker = new Mesh(BALL, new MeshBasicMaterial({ color: colour, depthTest: false }));
     marker.position.copy(this.local(p));
     const distance = marker.position.distanceTo(this.camera.position);
     marker.scale.setScalar((distance * pixels * 2 * Math.tan((this.camera.fov * Math.PI) / 360)) / this.canvas.clientHeight);

@@ -1,10 +1,12 @@
 import type { Page } from "./data";
+import { groundOf } from "./data";
 import { el } from "./dom";
+import { length, roundBelow } from "./format";
 import { TRUTH } from "./palette";
 import { PlanMap } from "./map2d";
 import { SpaceScene } from "./scene";
 import type { Layers, Store } from "./store";
-import { hillshade } from "./terrain";
+import { hillshade, withGraticule } from "./terrain";
 
 type Mode = "space" | "plan";
 
@@ -22,6 +24,7 @@ export class Stage {
   private readonly spaceCanvas = el("canvas", { id: "space", tabindex: 0, role: "img", "aria-label": "tracks over the terrain in space; arrow keys turn, plus and minus zoom" });
   private readonly planCanvas = el("canvas", { id: "plan", tabindex: 0, role: "img", "aria-label": "plan of the tracks, North up; plus and minus zoom" });
   private readonly compass = el("div", { class: "compass", "aria-hidden": "true" }, el("span", {}, "N"));
+  private readonly scale = el("p", { class: "stage-scale" });
   private readonly message = el("p", { class: "stage-message", role: "status" });
   private readonly tabs: Record<Mode, HTMLButtonElement>;
   private space: SpaceScene | null = null;
@@ -36,7 +39,7 @@ export class Stage {
       el("button", { type: "button", role: "tab", id: `tab-${mode}`, "aria-selected": "false", onclick: () => this.show(mode) }, name);
     this.tabs = { space: tab("space", "3-D"), plan: tab("plan", "Map") };
     this.element = el("section", { class: "stage", "aria-label": "terrain and tracks" },
-      el("div", { class: "picture" }, this.spaceCanvas, this.planCanvas, this.compass, this.message,
+      el("div", { class: "picture" }, this.spaceCanvas, this.planCanvas, this.compass, this.scale, this.message,
         el("div", { class: "tabs", role: "tablist", "aria-label": "view" }, this.tabs.space, this.tabs.plan),
         el("div", { class: "zoom" },
           this.button("+", "zoom in", () => this.zoom(1.4)),
@@ -51,7 +54,11 @@ export class Stage {
     const shaded = this.page.terrain ? hillshade(this.page.terrain) : null;
     this.plan = new PlanMap(this.planCanvas, this.page, shaded, this.store);
     try {
-      this.space = new SpaceScene(this.spaceCanvas, this.page, shaded, this.store, (azimuth) => this.turnCompass(azimuth));
+      const ground = groundOf(this.page);
+      const step_m = roundBelow(Math.max(ground.east - ground.west, ground.north - ground.south, 1) / 4);
+      const lined = shaded && withGraticule(shaded, this.page.terrain!, step_m);
+      this.space = new SpaceScene(this.spaceCanvas, this.page, lined, this.store, (azimuth) => this.turnCompass(azimuth));
+      if (lined) this.scale.textContent = `grid ${length(step_m)}`;
     } catch {
       this.message.textContent = "This browser has no WebGL: the plan is shown instead of the 3-D view.";
       this.tabs.space.disabled = true;

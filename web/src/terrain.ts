@@ -72,6 +72,28 @@ export function hillshade(terrain: Terrain): HTMLCanvasElement {
   return canvas;
 }
 
+/** The picture enlarged, with lines every `step_m` metres East and North. */
+export function withGraticule(shaded: HTMLCanvasElement, terrain: Terrain, step_m: number): HTMLCanvasElement {
+  const zoom = Math.max(1, Math.floor(1536 / Math.max(terrain.cols, terrain.rows)));
+  const canvas = document.createElement("canvas");
+  canvas.width = zoom * terrain.cols;
+  canvas.height = zoom * terrain.rows;
+  const context = canvas.getContext("2d")!;
+  context.imageSmoothingQuality = "high";
+  context.drawImage(shaded, 0, 0, canvas.width, canvas.height);
+  context.fillStyle = "rgba(255, 255, 255, 0.2)";
+  const east_m = terrain.west_m + terrain.cols * terrain.step_m;
+  const south_m = terrain.north_m - terrain.rows * terrain.step_m;
+  const pixels = (metres: number) => (metres / terrain.step_m + 0.5) * zoom;
+  for (let x = Math.ceil(terrain.west_m / step_m) * step_m; x < east_m; x += step_m) {
+    context.fillRect(pixels(x - terrain.west_m) - 0.75, 0, 1.5, canvas.height);
+  }
+  for (let y = Math.ceil(south_m / step_m) * step_m; y < terrain.north_m; y += step_m) {
+    context.fillRect(0, pixels(terrain.north_m - y) - 0.75, canvas.width, 1.5);
+  }
+  return canvas;
+}
+
 /** Height under a map position, bilinear; NaN outside. */
 export function heightAt(terrain: Terrain, x: number, y: number): number {
   const col = (x - terrain.west_m) / terrain.step_m;

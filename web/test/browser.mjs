@@ -106,6 +106,13 @@ export class Page {
     if (exceptionDetails) throw new Error(exceptionDetails.exception?.description ?? exceptionDetails.text);
     return result.value;
   }
+  /** Waits for an expression to become true. */
+  until(expression) {
+    return this.evaluate(`new Promise((done) => {
+      const look = () => (${expression} ? done(true) : requestAnimationFrame(look));
+      look();
+    })`);
+  }
   /** Two displayed frames: what was asked to be drawn has been drawn. */
   settle() {
     return this.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))");

@@ -33,7 +33,7 @@ after(async () => {
 async function opened(file, options = {}, by = browser) {
   const page = await by.page(options);
   await page.open(pathToFileURL(file).href);
-  await page.settle();
+  await page.until(`document.documentElement.dataset.drawn`);
   return page;
 }
 

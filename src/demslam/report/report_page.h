@@ -14,8 +14,8 @@ struct PageOptions {
   int image_width_px = 384;
   int image_quality = 72;            ///< JPEG
   std::size_t features = 400;        ///< the best ones of each image
-  std::size_t rows = 24000;          ///< of every table over frames, all runs together; peaks are kept
-  std::size_t track_points = 24000;  ///< of all runs together
+  std::size_t rows = 16000;          ///< of every table over frames, all runs together; peaks are kept
+  std::size_t track_points = 20000;  ///< of all runs together
   int terrain_side = 384;            ///< posts
 };
 
