@@ -32,6 +32,15 @@ const DETAIL = 1 / 4000; // of the extent: how far a drawn track may be off
 const CASING = "#0b0c10";
 const BALL = new SphereGeometry(1, 20, 14);
 
+/** Is there no graphics card behind WebGL? Then smooth edges cost more than they are worth. */
+function drawsInSoftware(): boolean {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const details = context?.getExtension("WEBGL_debug_renderer_info");
+  const name = details ? String(context!.getParameter(details.UNMASKED_RENDERER_WEBGL)) : "";
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
+
 function terrainMesh(terrain: Terrain, shaded: HTMLCanvasElement, origin: Vector3): Mesh {
   const { rows, cols, step_m, heights_m } = terrain;
   const positions = new Float32Array(rows * cols * 3);
@@ -61,7 +70,6 @@ function terrainMesh(terrain: Terrain, shaded: HTMLCanvasElement, origin: Vector
   map.colorSpace = SRGBColorSpace;
   map.minFilter = LinearFilter;
   map.generateMipmaps = false;
-  map.anisotropy = 8;
   const material = new MeshBasicMaterial({ map, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   return new Mesh(geometry, material);
 }
@@ -90,7 +98,8 @@ export class SpaceScene {
     private readonly onTurn: (azimuth_rad: number) => void,
   ) {
     this.page = page;
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    const antialias = !drawsInSoftware();
+    this.renderer = new WebGLRenderer({ canvas, antialias, alpha: true, preserveDrawingBuffer: true });
     const ground = groundOf(page);
     this.extent = Math.max(ground.east - ground.west, ground.north - ground.south, 5);
     const [x, y] = [(ground.west + ground.east) / 2, (ground.south + ground.north) / 2];

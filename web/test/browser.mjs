@@ -56,8 +56,8 @@ class Pipe {
 export class Browser {
   static async start({ webgl = true } = {}) {
     const profile = mkdtempSync(join(tmpdir(), "demslam-browser-"));
-    const gl = webgl ? ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-gpu", "--disable-3d-apis"];
-    const flags = ["--headless", "--no-sandbox", "--disable-dev-shm-usage", "--hide-scrollbars", "--mute-audio",
+    const gl = webgl ? ["--enable-unsafe-swiftshader"] : ["--disable-3d-apis"];
+    const flags = ["--headless", "--no-sandbox", "--disable-gpu-compositing", "--disable-dev-shm-usage", "--hide-scrollbars", "--mute-audio",
       "--remote-debugging-pipe", `--user-data-dir=${profile}`, ...gl];
     const child = spawn(findBrowser(), flags, { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
     const browser = new Browser();
@@ -67,7 +67,7 @@ export class Browser {
   async page(options = {}) {
     const { targetId } = await this.pipe.send("Target.createTarget", { url: "about:blank" });
     const { sessionId } = await this.pipe.send("Target.attachToTarget", { targetId, flatten: true });
-    const page = new Page(this.pipe, sessionId);
+    const page = new Page(this.pipe, sessionId, targetId);
     await page.prepare(options);
     return page;
   }
@@ -83,9 +83,8 @@ export class Browser {
 
 export class Page {
   problems = []; // console errors and uncaught exceptions
-  constructor(pipe, session) {
-    this.pipe = pipe;
-    this.session = session;
+  constructor(pipe, session, target) {
+    Object.assign(this, { pipe, session, target });
     pipe.on((message) => message.sessionId === session && this.#note(message));
   }
   send(method, params) {
@@ -101,6 +100,9 @@ export class Page {
     await this.send("Page.navigate", { url });
     await loaded;
   }
+  close() {
+    return this.pipe.send("Target.closeTarget", { targetId: this.target });
+  }
   async evaluate(expression) {
     const { result, exceptionDetails } = await this.send("Runtime.evaluate", { expression, awaitPromise: true, returnByValue: true });
     if (exceptionDetails) throw new Error(exceptionDetails.exception?.description ?? exceptionDetails.text);
@@ -109,7 +111,7 @@ export class Page {
   /** Waits for an expression to become true. */
   until(expression) {
     return this.evaluate(`new Promise((done) => {
-      const look = () => (${expression} ? done(true) : requestAnimationFrame(look));
+      const look = () => (${expression} ? done(true) : setTimeout(look, 50));
       look();
     })`);
   }

@@ -4,7 +4,7 @@ import { execFileSync } from "node:child_process";
 import { cpSync, mkdirSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { after, afterEach, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 import { Browser, findBrowser } from "./browser.mjs";
 import { writeLongRun } from "./long_run.mjs";
@@ -15,6 +15,7 @@ const folder = mkdtempSync(join(tmpdir(), "demslam-page-"));
 const demslam = (...args) => execFileSync(DEMSLAM, args, { stdio: ["ignore", "pipe", "pipe"] });
 let browser;
 let report;
+let open = []; // pages of the present test
 
 before(async () => {
   if (skip) return;
@@ -30,8 +31,14 @@ after(async () => {
   rmSync(folder, { recursive: true, force: true });
 });
 
+afterEach(async () => {
+  for (const page of open) await page.close();
+  open = [];
+});
+
 async function opened(file, options = {}, by = browser) {
-  const page = await by.page(options);
+  const page = await by.page({ width: 1280, height: 800, ...options });
+  if (by === browser) open.push(page);
   await page.open(pathToFileURL(file).href);
   await page.until(`document.documentElement.dataset.drawn`);
   return page;
@@ -57,19 +64,20 @@ const coloursOf = (page, selector) =>
 
 const textOf = (page, selector) => page.evaluate(`document.querySelector(${JSON.stringify(selector)}).textContent`);
 
-/** Where the plan shows a keyframe of the second run, in the window's pixels. */
-const keyframeOnPlan = (page) =>
+/** The easternmost dot of the second run on the plan, in the window's pixels: its last keyframe. */
+const lastKeyframeOnPlan = (page) =>
   page.evaluate(`(() => {
     const canvas = document.querySelector("#plan");
     const { width, height } = canvas;
-    const data = canvas.getContext("2d").getImageData(0, 0, width, height).data;
-    let best = null;
-    for (let i = 0; i < width * height; ++i) {
-      if (data[4 * i] === 0x3d && data[4 * i + 1] === 0xb0 && data[4 * i + 2] === 0xff) best = i;
-    }
-    if (best === null) return null;
+    const pixels = new Uint32Array(canvas.getContext("2d").getImageData(0, 0, width, height).data.buffer);
+    const inDot = (u, v) => [-1, 0, 1].every((du) => [-1, 0, 1].every((dv) => pixels[(v + dv) * width + u + du] === 0xffffb03d));
     const box = canvas.getBoundingClientRect();
-    return { x: box.x + ((best % width) / width) * box.width, y: box.y + (Math.floor(best / width) / height) * box.height };
+    for (let u = width - 2; u > 0; --u) {
+      for (let v = 1; v < height - 1; ++v) {
+        if (inDot(u, v)) return { x: box.x + (u / width) * box.width, y: box.y + (v / height) * box.height };
+      }
+    }
+    return null;
   })()`);
 
 test("draws terrain, tracks, figures and tables without a console error", { skip }, async () => {
@@ -89,7 +97,7 @@ test("shows the keyframe that is clicked on the plan, and the next one", { skip 
   const page = await opened(report);
   const first = await textOf(page, ".inspector h3");
   await page.click("#tab-plan");
-  const at = await keyframeOnPlan(page);
+  const at = await lastKeyframeOnPlan(page);
   assert.ok(at, "no keyframe on the plan");
   await page.clickAt(at.x, at.y);
   const clicked = await textOf(page, ".inspector h3");
