@@ -74,7 +74,7 @@ export class Browser {
   async close() {
     const ended = new Promise((resolve) => this.child.once("exit", resolve));
     this.pipe.send("Browser.close").catch(() => {});
-    const killer = setTimeout(() => this.child.kill("SIGKILL"), 5000);
+    const killer = setTimeout(() => this.child.kill("SIGKILL"), 60000);
     await ended;
     clearTimeout(killer);
     rmSync(this.profile, { recursive: true, force: true, maxRetries: 5 });
@@ -108,10 +108,12 @@ export class Page {
     if (exceptionDetails) throw new Error(exceptionDetails.exception?.description ?? exceptionDetails.text);
     return result.value;
   }
-  /** Waits for an expression to become true. */
+  /** Waits for an expression to become true. Throws after five minutes, which only a page that is stuck takes. */
   until(expression) {
-    return this.evaluate(`new Promise((done) => {
-      const look = () => (${expression} ? done(true) : setTimeout(look, 50));
+    const stuck = JSON.stringify(`never became true: ${expression}`);
+    return this.evaluate(`new Promise((done, fail) => {
+      const end = performance.now() + 300000;
+      const look = () => (${expression} ? done(true) : performance.now() > end ? fail(new Error(${stuck})) : setTimeout(look, 50));
       look();
     })`);
   }

@@ -1,4 +1,5 @@
-// A run folder of 11 km as `demslam run` leaves it, with images full of noise, the worst case for a page's size.
+// node long_run.mjs FOLDER: writes FOLDER/long, a run of 11 km as `demslam run` leaves it, with images full of noise,
+// the worst case for a page's size (docs/report.md).
 import { linkSync, mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { deflateSync, crc32 as builtIn } from "node:zlib";
@@ -68,7 +69,7 @@ function writeImages(data, random) {
   }
 }
 
-export function writeLongRun(folder) {
+function writeLongRun(folder) {
   const random = randomNumbers(7);
   const [data, run] = [join(folder, "data"), join(folder, "long")];
   mkdirSync(run, { recursive: true });
@@ -90,5 +91,6 @@ export function writeLongRun(folder) {
   writeFileSync(join(data, "gt.txt"), truth.join("\n") + "\n");
   writeFileSync(join(run, "config.toml"), "[odometry]\nmethod = \"window\"\n");
   writeFileSync(join(run, "summary.json"), JSON.stringify({ demslam: "0.1.0", inputs: { dataset: data, format: "demslam" }, frames_asked: FRAMES, counters: { frames: FRAMES, tracked: FRAMES, keyframes: FRAMES / EVERY } }));
-  return run;
 }
+
+writeLongRun(process.argv[2]);
