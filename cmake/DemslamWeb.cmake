@@ -34,3 +34,4 @@ add_custom_command(
   COMMAND ${CMAKE_COMMAND} -E chdir ${web_build} ${DEMSLAM_NPM} run --silent build
   DEPENDS ${web_build}/packages.stamp ${web_files}
   COMMENT "Building the report page" VERBATIM)
+add_custom_target(demslam_page DEPENDS ${DEMSLAM_PAGE_FILE})
