@@ -192,7 +192,8 @@ export class Plots {
   }
 
   private plot(plot: PlotOf, unit: string, factor: number, series: Series[], readout: HTMLElement, holder: HTMLElement): uPlot {
-    const tables = series.map((s) => [s.x, s.y.map((value) => (value === null ? null : value * factor))] as uPlot.AlignedData);
+    const drawable = (value: number | null) => (value === null || (plot.log && value <= 0) ? null : value * factor); // no logarithm
+    const tables = series.map((s) => [s.x, s.y.map(drawable)] as uPlot.AlignedData);
     const data = tables.length === 1 ? tables[0]! : uPlot.join(tables);
     return new uPlot({ ...this.options(plot, unit, series, readout), width: holder.clientWidth || 300 }, data, holder);
   }
@@ -212,7 +213,7 @@ export class Plots {
       },
       scales: {
         x: { time: false },
-        y: plot.log ? { distr: 3 } : { range: (_, low, high) => rangeOf(low, high, plot.zero ?? false) },
+        y: plot.log ? { distr: 3, range: (_, low, high) => decadesOf(low, high) } : { range: (_, low, high) => rangeOf(low, high, plot.zero ?? false) },
       },
       axes: [axis("distance driven [m]", 38, 2), axis(unit === "1" ? "" : `[${unit}]`, 58, 3)],
       series: [
@@ -267,9 +268,17 @@ function nearestValue(values: ArrayLike<number | null | undefined>, index: numbe
   return null;
 }
 
+/** Whole decades around what there is. */
+function decadesOf(low: number | null, high: number | null): uPlot.Range.MinMax {
+  if (low === null || high === null || !(low > 0) || !isFinite(high)) return [0.1, 10];
+  const least = Math.floor(Math.log10(low));
+  return [10 ** least, 10 ** Math.max(Math.ceil(Math.log10(high)), least + 1)];
+}
+
 function rangeOf(low: number | null, high: number | null, zero: boolean): uPlot.Range.MinMax {
   if (low === null || high === null) return [0, 1];
   const least = zero ? Math.min(0, low) : low;
-  const margin = 0.06 * (high - least || Math.abs(high) || 1);
+  const flat = high - least < 1e-9; // uPlot knows no ticks so close together
+  const margin = 0.06 * (flat ? Math.max(Math.abs(high), 1) : high - least);
   return [zero && least === 0 ? 0 : least - margin, high + margin];
 }
