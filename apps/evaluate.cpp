@@ -42,6 +42,12 @@ std::string json_text(const std::vector<NamedEvaluation>& evaluations) {
   return (all.size() == 1 ? all.front() : all).dump(1) + "\n";
 }
 
+void print_consistency(const std::vector<NamedEvaluation>& evaluations) {
+  for (const auto& [name, evaluation] : evaluations) {
+    if (evaluation.nees) fmt::print("consistency: {}: {}\n", name, describe(*evaluation.nees));
+  }
+}
+
 void print_notes(const std::vector<NamedEvaluation>& evaluations) {
   for (const auto& [name, evaluation] : evaluations) {
     for (const std::string& note : evaluation.notes) fmt::print("note: {}: {}\n", name, note);
@@ -56,6 +62,7 @@ void run(Arguments arguments) {
   }
   const Table table = evaluation_table(evaluations);
   fmt::print("{}", text_table(table));
+  print_consistency(evaluations);
   print_notes(evaluations);
   if (arguments.json) write_text(*arguments.json, json_text(evaluations));
   if (arguments.csv) write_text(*arguments.csv, csv_table(table));

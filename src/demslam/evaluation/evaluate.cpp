@@ -148,11 +148,19 @@ Json json_of(const std::optional<ErrorStatistics>& statistics) {
           {"min", s.min},   {"max", s.max},   {"count", s.count}};
 }
 
+void add_nees(const NeesMean& nees, const std::string& prefix, Json& json) {
+  json[prefix + "_mean"] = nees.mean;
+  json[prefix + "_lower_95"] = nees.lower_95;
+  json[prefix + "_upper_95"] = nees.upper_95;
+  json[prefix + "_effective_poses"] = nees.effective_poses;
+}
+
 void add_nees(const Nees& nees, Json& json) {
-  json["nees_mean"] = nees.mean;
-  json["nees_lower_95"] = nees.lower_95;
-  json["nees_upper_95"] = nees.upper_95;
+  add_nees(nees.position, "nees", json);
+  add_nees(nees.horizontal, "nees_horizontal", json);
+  add_nees(nees.vertical, "nees_vertical", json);
   json["nees_poses"] = nees.per_pose.size();
+  json["nees_per_keyframe"] = nees.per_pose;
 }
 
 }  // namespace

@@ -1,8 +1,10 @@
 #include "demslam/evaluation/nees.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <string>
 
 #include "demslam/base/error.h"
@@ -53,20 +55,69 @@ double chi_square_quantile(double probability, double degrees_of_freedom) {
   return 0.5 * (low + high);
 }
 
+namespace {
+
+constexpr std::size_t kMostSamples = 2000;  // of a run, for its autocorrelation
+constexpr double kUncorrelated = 0.1;
+
+/// Columns are whitened errors, one per pose.
+double effective_poses(const Eigen::MatrixXd& whitened) {
+  const Eigen::Index n = whitened.cols();
+  const Eigen::Index stride = (n + static_cast<Eigen::Index>(kMostSamples) - 1) / static_cast<Eigen::Index>(kMostSamples);
+  Eigen::MatrixXd u(whitened.rows(), (n + stride - 1) / stride);
+  for (Eigen::Index i = 0; i < u.cols(); ++i) u.col(i) = whitened.col(i * stride);
+  const double power = u.squaredNorm() / static_cast<double>(u.cols());
+  double length = 1.0;
+  for (Eigen::Index lag = 1; lag < u.cols(); ++lag) {
+    const Eigen::Index pairs = u.cols() - lag;
+    const double rho = u.leftCols(pairs).cwiseProduct(u.rightCols(pairs)).sum() / (static_cast<double>(pairs) * power);
+    if (!(rho > kUncorrelated)) break;
+    length += 2.0 * std::min(1.0, rho * rho);
+  }
+  const double worth = stride > 1 && length == 1.0 ? static_cast<double>(n) : static_cast<double>(u.cols()) / length;
+  return std::clamp(worth, 1.0, static_cast<double>(n));
+}
+
+/// Of the rows begin .. begin + degrees_of_freedom - 1 of the errors.
+NeesMean mean_of(const std::vector<Eigen::Vector3d>& errors, const std::vector<Eigen::Matrix3d>& covariances, int begin,
+                 int degrees_of_freedom, std::vector<double>* per_pose) {
+  Eigen::MatrixXd whitened(degrees_of_freedom, std::ssize(errors));
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const Eigen::MatrixXd part = covariances.at(i).block(begin, begin, degrees_of_freedom, degrees_of_freedom);
+    const Eigen::LLT<Eigen::MatrixXd> factor(part);
+    if (factor.info() != Eigen::Success)
+      throw Error("the position covariance of pose " + std::to_string(i) + " is not positive definite");
+    whitened.col(static_cast<Eigen::Index>(i)) = factor.matrixL().solve(errors[i].segment(begin, degrees_of_freedom));
+    if (per_pose != nullptr) per_pose->push_back(whitened.col(static_cast<Eigen::Index>(i)).squaredNorm());
+  }
+  NeesMean result{.degrees_of_freedom = degrees_of_freedom};
+  result.mean = whitened.squaredNorm() / static_cast<double>(errors.size());
+  result.effective_poses = effective_poses(whitened);
+  const double freedom = degrees_of_freedom * result.effective_poses;
+  result.lower_95 = chi_square_quantile(0.025, freedom) / result.effective_poses;
+  result.upper_95 = chi_square_quantile(0.975, freedom) / result.effective_poses;
+  return result;
+}
+
+std::string describe(const NeesMean& m) {
+  const char* verdict = m.consistent() ? "consistent" : m.mean > m.upper_95 ? "too sure" : "too timid";
+  return fmt::format("{:.2f} of {} (95 %: {:.2f} to {:.2f}, worth {:.1f} poses), {}", m.mean, m.degrees_of_freedom,
+                     m.lower_95, m.upper_95, m.effective_poses, verdict);
+}
+
+}  // namespace
+
 Nees nees(const std::vector<Eigen::Vector3d>& errors, const std::vector<Eigen::Matrix3d>& covariances) {
   Nees result;
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    const Eigen::LLT<Eigen::Matrix3d> factor(covariances.at(i));
-    if (factor.info() != Eigen::Success) {
-      throw Error("the position covariance of pose " + std::to_string(i) + " is not positive definite");
-    }
-    result.per_pose.push_back(errors[i].dot(factor.solve(errors[i])));
-  }
-  const double n = static_cast<double>(errors.size());
-  result.mean = std::accumulate(result.per_pose.begin(), result.per_pose.end(), 0.0) / n;
-  result.lower_95 = chi_square_quantile(0.025, 3.0 * n) / n;
-  result.upper_95 = chi_square_quantile(0.975, 3.0 * n) / n;
+  result.position = mean_of(errors, covariances, 0, 3, &result.per_pose);
+  result.horizontal = mean_of(errors, covariances, 0, 2, nullptr);
+  result.vertical = mean_of(errors, covariances, 2, 1, nullptr);
   return result;
+}
+
+std::string describe(const Nees& nees) {
+  return fmt::format("NEES over {} keyframes: position {}; horizontal {}; vertical {}", nees.per_pose.size(),
+                     describe(nees.position), describe(nees.horizontal), describe(nees.vertical));
 }
 
 }  // namespace demslam

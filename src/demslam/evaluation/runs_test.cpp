@@ -59,7 +59,7 @@ TEST_F(Runs, CovariancesGiveTheNees) {
   write_covariances(0.1);
   const Evaluation e = evaluate_run(folder_ / "run", std::nullopt, {});
   ASSERT_TRUE(e.nees);
-  EXPECT_NEAR(e.nees->mean, 0.5 * (1.0 + 4.0), 1e-6);
+  EXPECT_NEAR(e.nees->position.mean, 0.5 * (1.0 + 4.0), 1e-6);
   EXPECT_THAT(evaluation_json(e), HasSubstr("nees_mean"));
 }
 

@@ -93,7 +93,7 @@ class StudyCase {
             .ate_star = e.ate_star,
             .drift_percent = e.drift_percent,
             .rpe_m = e.rpe ? e.rpe->rmse : std::nan(""),
-            .nees = e.nees ? e.nees->mean / 3.0 : std::nan("")};
+            .nees = e.nees ? e.nees->position.mean / 3.0 : std::nan("")};
   }
 
   const Study& study_;
