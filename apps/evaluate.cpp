@@ -14,6 +14,7 @@
 #include "demslam/base/text.h"
 #include "demslam/evaluation/runs.h"
 #include "demslam/evaluation/table.h"
+#include "truth_options.h"
 
 namespace demslam::apps {
 namespace {
@@ -24,6 +25,7 @@ struct Arguments {
   std::vector<fs::path> runs;
   std::optional<fs::path> truth, json, csv, latex;
   EvaluationOptions options;
+  TruthOptions truth_options;
   bool all_pairs = false;
 };
 
@@ -58,7 +60,7 @@ void run(Arguments arguments) {
   if (arguments.all_pairs) arguments.options.rpe.pairs = RpePairs::all;
   std::vector<NamedEvaluation> evaluations;
   for (const fs::path& path : arguments.runs) {
-    evaluations.emplace_back(name_of_run(path), evaluate_run(path, arguments.truth, arguments.options));
+    evaluations.emplace_back(name_of_run(path), evaluate_run(path, arguments.truth, arguments.options, arguments.truth_options));
   }
   const Table table = evaluation_table(evaluations);
   fmt::print("{}", text_table(table));
@@ -89,7 +91,10 @@ void add_evaluate(CLI::App& app) {
   CLI::App* command = app.add_subcommand("evaluate", "ATE, RPE and drift against the truth, as evo computes them");
   command->add_option("runs", arguments->runs, "run folders or trajectory files (TUM, KITTI, EuRoC, LuSNAR)")
       ->required();
-  command->add_option("--truth", arguments->truth, "true trajectory; default: the one of the run's dataset");
+  command->add_option("--truth", arguments->truth,
+                      "true trajectory, RTKLIB .pos or longitude/latitude CSV; default: the one of the run's dataset");
+  add_geodetic_options(*command, arguments->truth_options);
+  add_clock_offset(*command, arguments->truth_options);
   command->add_option("--align", arguments->options.alignment, "none, first-pose, se3 or sim3")
       ->transform(CLI::CheckedTransformer(alignments).description("NAME"));
   command->add_option("--max-difference-s", arguments->options.association.max_difference_s,
@@ -100,7 +105,9 @@ void add_evaluate(CLI::App& app) {
   command->add_option("--latex", arguments->latex, "the table for LaTeX (booktabs)");
   command->footer(
       "Examples:\n  demslam evaluate runs/odometry runs/anchored --json e.json\n"
-      "  demslam evaluate estimate.txt --truth truth.txt --align se3");
+      "  demslam evaluate estimate.txt --truth truth.txt --align se3\n"
+      "  demslam evaluate runs/etna --truth global_lle.pos --dem-heights geoid --geoid-undulation-m 43.46 "
+      "--clock-offset-s auto");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -52,9 +52,11 @@ int run(int argc, char** argv) {
   add_run(app);
   add_replay(app);
   add_evaluate(app);
+  add_dataset(app);
   add_dem(app);
   add_experiment(app);
   add_map(app);
+  add_results_export(app);
   add_report(app);
   add_models(app);
   CLI11_PARSE(app, argc, argv);

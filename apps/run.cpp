@@ -79,6 +79,8 @@ void add_run(CLI::App& app) {
       ->required();
   command->add_option("-o,--output", inputs.output, "run folder to write")->required();
   command->add_option("--dem", inputs.dem, "elevation model; default: the dataset's own dem.tif, if it has one");
+  command->add_option("--dem-sigma", inputs.dem_sigma,
+                      "raster of the DEM's standard error in metres; default: dem_sigma.tif beside dem.tif");
   command->add_option("-c,--config", arguments->config, "options TOML; a run folder's config.toml repeats that run");
   command->add_option("--start", inputs.start,
                       "TOML with T_map_body of the first frame; default: the dataset's start.toml");

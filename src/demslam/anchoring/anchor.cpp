@@ -120,7 +120,8 @@ void DemAnchor::anchor(PoseGraph& graph, std::size_t keyframe) {
     return;
   }
   if (options_.height) {
-    const auto noise = robust(1, std::hypot(error_.sigma_m, options_.sigma_contact_m), options_.kernel_sigmas);
+    const double sigma_dem_m = dem_->sigma_m(p.x(), p.y()).value_or(error_.sigma_m);
+    const auto noise = robust(1, std::hypot(sigma_dem_m, options_.sigma_contact_m), options_.kernel_sigmas);
     add_on_dem(graph, boost::make_shared<DemHeightFactor>(keyframe, dem_, p_body_ground_, noise, believed_slope(*ground)),
                dem_shift_key(graph));
     ++report_.height;

@@ -19,7 +19,7 @@ namespace demslam {
 struct AnchoringOptions {
   bool height = true;               ///< the height factor on the ground contact point
   double spacing_m = 5.0;           ///< path between two keyframes with height and normal factors
-  double sigma_dem_m = 0.5;         ///< the DEM's vertical error,
+  double sigma_dem_m = 0.5;         ///< the DEM's vertical error, where no uncertainty raster says another,
   double dem_correlation_m = 10.0;  ///< correlated over this distance (patches and filter)
   bool filter_dem = false;          ///< tie to the most probable terrain instead of the DEM as it is (dem/wiener.h)
   double sigma_contact_m = 0.15;    ///< ground inside a cell against the cell's height, added in quadrature

@@ -47,13 +47,21 @@ std::string joined(const Values& values, const char* separator) {
   return text;
 }
 
+/// The DEM, and its uncertainty where that lies beside it.
+void copy_dem(const fs::path& dem, const fs::path& folder) {
+  fs::copy_file(dem, folder / "dem.tif");
+  fs::path sigma = dem;
+  sigma.replace_filename(dem.stem().string() + "_sigma.tif");
+  if (fs::exists(sigma)) fs::copy_file(sigma, folder / "dem_sigma.tif");
+}
+
 ConvertedDataset write_demslam(const Task& task) {
   const fs::path left = task.output / "image0/color", right = task.output / "image1/color";
   fs::create_directories(left);
   fs::create_directories(right);
   write_text(task.output / "calibration.toml", calibration_toml(task.sequence.rig()));
   if (const auto start = task.sequence.start()) write_text(task.output / "start.toml", start_pose_toml(*start));
-  if (const auto dem = task.sequence.dem_file()) fs::copy_file(*dem, task.output / "dem.tif");
+  if (const auto dem = task.sequence.dem_file()) copy_dem(*dem, task.output);
   const std::size_t pairs = for_each_frame(task, [&](std::size_t, const StereoFrame& frame) {
     const std::string name = std::to_string(frame.t_ns) + ".png";
     write_image(left / name, frame.left);
@@ -153,7 +161,7 @@ struct Writer {
   ConvertedDataset (*write)(const Task& task);
 };
 constexpr std::array kWriters = {Writer{"demslam", write_demslam}, Writer{"euroc", write_euroc},
-                                 Writer{"kitti", write_kitti}, Writer{"s3li", write_bag}};
+                                 Writer{"kitti", write_kitti}, Writer{"rosbag", write_bag}};
 
 void check_output(const fs::path& output) {
   if (!fs::exists(output) || (fs::is_directory(output) && fs::is_empty(output))) return;
@@ -174,7 +182,7 @@ ConvertedDataset convert_dataset(const StereoSequence& sequence, const std::stri
       std::find_if(kWriters.begin(), kWriters.end(), [&](const Writer& w) { return w.format == format; });
   if (writer == kWriters.end()) {
     throw Error("datasets cannot be written as '" + format +
-                "'; known are demslam, euroc, kitti and s3li (a ROS 1 bag)");
+                "'; known are demslam, euroc, kitti and rosbag");
   }
   check_output(output);
   try {

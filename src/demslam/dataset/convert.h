@@ -16,11 +16,12 @@ struct ConvertedDataset {
   Pose T_body_newbody;
 };
 
-/// Writes a sequence in another format into `output` (a new or empty folder; for "s3li" a file that does not exist):
+/// Writes a sequence in another format into `output` (a new or empty folder; for "rosbag" a file that does not exist):
 ///   demslam  raw images, calibration.toml, start.toml and DEM where there are any
 ///   euroc    raw images, sensor.yaml with T_BS in our body
-///   kitti    rectified images, calib.txt, times.txt; the body becomes the rectified left camera, as KITTI's poses have
-///   it s3li     ROS 1 bag, lz4: rectified images with camera_info; the body becomes a level one at that camera
+///   kitti    rectified images, calib.txt, times.txt; the body becomes the rectified left camera, as in KITTI's poses
+///   rosbag   ROS 1 bag, lz4: S3LI's topics of rectified images with camera_info; the body becomes a level one at the
+///            left camera
 /// Truth is not its concern. Throws Error when the format is unknown or the output exists or cannot be written.
 ConvertedDataset convert_dataset(const StereoSequence& sequence, const std::string& format,
                                  const std::filesystem::path& output, const Progress& progress);

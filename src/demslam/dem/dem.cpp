@@ -5,9 +5,13 @@
 #include <utility>
 
 #include "demslam/base/error.h"
+#include "demslam/dem/dem_reader.h"
+#include "demslam/dem/dem_tiles.h"
 
 namespace demslam {
 namespace {
+
+constexpr std::int64_t kMostCellsInMemory = 16'000'000;
 
 /// Where a position falls between cell centres, in cells: `index` is the lower neighbour, `t` in [0, 1) the way to the
 /// next.
@@ -55,28 +59,6 @@ Weights linear(double t) {
   return w;
 }
 
-/// The 4 x 4 heights around a position, rows from north to south; nothing outside the raster or at a hole.
-std::optional<Eigen::Matrix4d> stencil(const DemRaster& dem, const CellPosition& at) {
-  const int row = at.row.index - 1, col = at.col.index - 1;
-  if (row < 0 || col < 0 || row + 4 > dem.rows || col + 4 > dem.cols) return std::nullopt;
-  Eigen::Matrix4d heights;
-  for (int r = 0; r < 4; ++r) {
-    for (int c = 0; c < 4; ++c) heights(r, c) = dem.at(row + r, col + c);
-  }
-  if (!heights.allFinite()) return std::nullopt;
-  return heights;
-}
-
-std::optional<double> bilinear_height(const DemRaster& dem, const CellPosition& at) {
-  const int row = at.row.index, col = at.col.index;
-  if (row < 0 || col < 0 || row + 2 > dem.rows || col + 2 > dem.cols) return std::nullopt;
-  const double north = (1.0 - at.col.t) * dem.at(row, col) + at.col.t * dem.at(row, col + 1);
-  const double south = (1.0 - at.col.t) * dem.at(row + 1, col) + at.col.t * dem.at(row + 1, col + 1);
-  const double height_m = (1.0 - at.row.t) * north + at.row.t * south;
-  if (!std::isfinite(height_m)) return std::nullopt;
-  return height_m;
-}
-
 void check_raster(const DemRaster& dem) {
   if (dem.rows < 1 || dem.cols < 1 || !(dem.cell_m > 0.0) ||
       dem.heights.size() != static_cast<std::size_t>(dem.rows) * dem.cols) {
@@ -90,10 +72,35 @@ Dem::Dem(DemRaster raster, Interpolation interpolation) : raster_(std::move(rast
   check_raster(raster_);
 }
 
+Dem::Dem(std::shared_ptr<const DemTiles> tiles, Interpolation interpolation)
+    : raster_(tiles->grid()), interpolation_(interpolation), tiles_(std::move(tiles)) {}
+
+float Dem::cell(int row, int col) const { return tiles_ ? tiles_->at(row, col) : raster_.at(row, col); }
+
+/// The 4 x 4 heights from (row, col) on, rows from north to south; nothing outside the raster or at a hole.
+std::optional<Eigen::Matrix4d> Dem::stencil(int row, int col) const {
+  if (row < 0 || col < 0 || row + 4 > raster_.rows || col + 4 > raster_.cols) return std::nullopt;
+  Eigen::Matrix4d heights;
+  for (int r = 0; r < 4; ++r) {
+    for (int c = 0; c < 4; ++c) heights(r, c) = cell(row + r, col + c);
+  }
+  if (!heights.allFinite()) return std::nullopt;
+  return heights;
+}
+
+std::optional<double> Dem::bilinear_height(int row, int col, double down, double right) const {
+  if (row < 0 || col < 0 || row + 2 > raster_.rows || col + 2 > raster_.cols) return std::nullopt;
+  const double north = (1.0 - right) * cell(row, col) + right * cell(row, col + 1);
+  const double south = (1.0 - right) * cell(row + 1, col) + right * cell(row + 1, col + 1);
+  const double height_m = (1.0 - down) * north + down * south;
+  if (!std::isfinite(height_m)) return std::nullopt;
+  return height_m;
+}
+
 std::optional<DemSample> Dem::sample(double x_m, double y_m) const {
   if (!inside(raster_, x_m, y_m)) return std::nullopt;
   const CellPosition at(raster_, x_m, y_m);
-  const auto heights = stencil(raster_, at);
+  const auto heights = stencil(at.row.index - 1, at.col.index - 1);
   if (!heights) return std::nullopt;
 
   const bool cubic = interpolation_ == Interpolation::bicubic;
@@ -117,30 +124,73 @@ std::optional<DemSample> Dem::sample(double x_m, double y_m) const {
 std::optional<double> Dem::height(double x_m, double y_m) const {
   if (!inside(raster_, x_m, y_m)) return std::nullopt;
   const CellPosition at(raster_, x_m, y_m);
-  if (interpolation_ == Interpolation::bilinear) return bilinear_height(raster_, at);
-  const auto heights = stencil(raster_, at);
+  if (interpolation_ == Interpolation::bilinear) return bilinear_height(at.row.index, at.col.index, at.row.t, at.col.t);
+  const auto heights = stencil(at.row.index - 1, at.col.index - 1);
   if (!heights) return std::nullopt;
   return catmull_rom(at.row.t).value.dot(*heights * catmull_rom(at.col.t).value);
 }
 
-DemRaster crop(const DemRaster& dem, const MapWindow& window) {
+std::optional<double> Dem::sigma_m(double x_m, double y_m) const {
+  if (!sigma_) return std::nullopt;
+  const auto sigma_m = sigma_->height(x_m, y_m);
+  return sigma_m && *sigma_m > 0.0 ? sigma_m : std::nullopt;
+}
+
+CellWindow cells_in(const DemRaster& dem, const MapWindow& window) {
   const auto cells = [&](double distance_m) { return distance_m / dem.cell_m; };
   const int col0 = std::max(0, static_cast<int>(std::floor(cells(window.west_m - dem.west_m))));
   const int row0 = std::max(0, static_cast<int>(std::floor(cells(dem.north_m - window.north_m))));
   const int col1 = std::min(dem.cols, static_cast<int>(std::ceil(cells(window.east_m - dem.west_m))));
   const int row1 = std::min(dem.rows, static_cast<int>(std::ceil(cells(dem.north_m - window.south_m))));
   if (col0 >= col1 || row0 >= row1) throw Error("DEM crop: the window lies outside the DEM");
+  return {row0, col0, row1 - row0, col1 - col0};
+}
 
-  DemRaster part{.rows = row1 - row0, .cols = col1 - col0, .cell_m = dem.cell_m};
-  part.west_m = dem.west_m + col0 * dem.cell_m;
-  part.north_m = dem.north_m - row0 * dem.cell_m;
+DemRaster crop(const DemRaster& dem, const MapWindow& window) {
+  const CellWindow cells = cells_in(dem, window);
+  DemRaster part{.rows = cells.rows, .cols = cells.cols, .cell_m = dem.cell_m};
+  part.west_m = dem.west_m + cells.col * dem.cell_m;
+  part.north_m = dem.north_m - cells.row * dem.cell_m;
   part.frame = dem.frame;
   part.heights.reserve(static_cast<std::size_t>(part.rows) * part.cols);
-  for (int row = row0; row < row1; ++row) {
-    const auto begin = dem.heights.begin() + static_cast<std::ptrdiff_t>(row) * dem.cols;
-    part.heights.insert(part.heights.end(), begin + col0, begin + col1);
+  for (int row = cells.row; row < cells.row + cells.rows; ++row) {
+    const auto begin = dem.heights.begin() + static_cast<std::ptrdiff_t>(row) * dem.cols + cells.col;
+    part.heights.insert(part.heights.end(), begin, begin + cells.cols);
   }
   return part;
+}
+
+namespace {
+
+Dem open_either_way(const std::filesystem::path& file, const std::optional<Eigen::Vector3d>& origin,
+                    Interpolation interpolation) {
+  DemReader reader(file, origin);
+  const DemRaster& grid = reader.grid();
+  const bool small = static_cast<std::int64_t>(grid.rows) * grid.cols <= kMostCellsInMemory;
+  if (small) return Dem(reader.read({0, 0, grid.rows, grid.cols}), interpolation);
+  return Dem(std::make_shared<const DemTiles>(std::move(reader)), interpolation);
+}
+
+}  // namespace
+
+Dem open_dem(const std::filesystem::path& file, const std::optional<std::filesystem::path>& sigma_file) {
+  Dem dem = open_either_way(file, std::nullopt, Interpolation::bicubic);
+  if (!sigma_file) return dem;
+  const Eigen::Vector3d& origin = dem.raster().frame.origin;
+  Dem sigma =
+      open_either_way(*sigma_file, Eigen::Vector3d(origin.x(), origin.y(), 0.0), Interpolation::bilinear);
+  if (!same_crs(dem.raster().frame, sigma.raster().frame)) {
+    throw Error(sigma_file->string() + ": has another CRS than " + file.string() + "; reproject it (gdalwarp -t_srs)");
+  }
+  dem.set_sigma(std::make_shared<const Dem>(std::move(sigma)));
+  return dem;
+}
+
+std::optional<std::filesystem::path> sigma_beside(const std::filesystem::path& dem_file) {
+  std::filesystem::path beside = dem_file;
+  beside.replace_filename(dem_file.stem().string() + "_sigma.tif");
+  if (std::filesystem::is_regular_file(beside)) return beside;
+  return std::nullopt;
 }
 
 }  // namespace demslam

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "demslam/dem/internal/gdal_support.h"
@@ -11,11 +12,12 @@
 namespace demslam {
 namespace {
 
-OGRSpatialReference projection_at(const OGRSpatialReference& source, const LocalCut& cut) {
+/// `scale`: that of the terrain's height, so that map metres are metres on the ground.
+OGRSpatialReference projection_at(const OGRSpatialReference& source, const LocalCut& cut, double scale) {
   OGRSpatialReference local;
   local.SetProjCS("Local transverse Mercator");
   local.CopyGeogCSFrom(&source);
-  local.SetTM(cut.lat_deg, cut.lon_deg, 1.0, 0.0, 0.0);
+  local.SetTM(cut.lat_deg, cut.lon_deg, scale, 0.0, 0.0);
   local.SetLinearUnits("metre", 1.0);
   return local;
 }
@@ -41,28 +43,50 @@ GdalDataset warp(GDALDataset& source, const std::string& wkt, const LocalCut& cu
   return warped;
 }
 
+/// Band 1 in the given projection around its origin.
+DemRaster cut_out(GDALDataset& source, const std::string& name, const LocalCut& cut, const OGRSpatialReference& crs) {
+  const GdalDataset warped = warp(source, wkt_of(crs), cut);
+  if (!warped) throw Error(name + ": cannot be reprojected: " + QuietGdal::message());
+  GDALRasterBand &from = *source.GetRasterBand(1), &to = *warped->GetRasterBand(1);
+  to.SetScale(from.GetScale());
+  to.SetOffset(from.GetOffset());
+  return raster_of(*warped, name, Eigen::Vector3d(0.0, 0.0, from.GetOffset()));
+}
+
+double mean_height_m(const DemRaster& dem, const std::string& name, const LocalCut& cut) {
+  double sum = 0.0;
+  std::size_t cells = 0;
+  for (const float height : dem.heights) {
+    if (!std::isfinite(height)) continue;
+    sum += height;
+    ++cells;
+  }
+  if (cells > 0) return sum / static_cast<double>(cells) + dem.frame.origin.z();
+  throw Error(name + ": no data within " + std::to_string(cut.radius_m) + " m of longitude " +
+              std::to_string(cut.lon_deg) + ", latitude " + std::to_string(cut.lat_deg));
+}
+
+/// How much longer a metre of the reference body is at a height above it. Radii count from its centre.
+double scale_at(double height_m, double semi_major_m) {
+  const bool radius = height_m > 0.5 * semi_major_m;
+  return (radius ? height_m : semi_major_m + height_m) / semi_major_m;
+}
+
 }  // namespace
 
 DemRaster read_dem_around(const std::filesystem::path& file, const LocalCut& cut) {
   const QuietGdal quiet;
   if (!(cut.cell_m > 0.0 && cut.radius_m > 0.0)) throw Error("DEM cut: radius and cell size must be positive");
   const GdalDataset source = open_raster(file);
-  const OGRSpatialReference* const crs = source->GetSpatialRef();
-  if (crs == nullptr)
+  const OGRSpatialReference* const stated = source->GetSpatialRef();
+  if (stated == nullptr)
     throw Error(file.string() + ": no CRS, so it cannot be reprojected; assign one (gdal_edit -a_srs)");
-  const std::string wkt = wkt_of(projection_at(*crs, cut));
-  const GdalDataset warped = warp(*source, wkt, cut);
-  if (!warped) throw Error(file.string() + ": cannot be reprojected: " + QuietGdal::message());
-
-  GDALRasterBand& from = *source->GetRasterBand(1);
-  GDALRasterBand& to = *warped->GetRasterBand(1);
-  to.SetScale(from.GetScale());
-  to.SetOffset(from.GetOffset());
-  DemRaster dem = raster_of(*warped, file.string(), Eigen::Vector3d(0.0, 0.0, from.GetOffset()));
-  if (std::all_of(dem.heights.begin(), dem.heights.end(), [](float h) { return std::isnan(h); })) {
-    throw Error(file.string() + ": no data within " + std::to_string(cut.radius_m) + " m of longitude " +
-                std::to_string(cut.lon_deg) + ", latitude " + std::to_string(cut.lat_deg));
-  }
+  OGRSpatialReference crs = *stated;
+  crs.StripVertical();
+  const DemRaster unscaled = cut_out(*source, file.string(), cut, projection_at(crs, cut, 1.0));
+  const double scale = scale_at(mean_height_m(unscaled, file.string(), cut), crs.GetSemiMajor());
+  DemRaster dem = cut_out(*source, file.string(), cut, projection_at(crs, cut, scale));
+  dem.frame.heights = stated->IsCompound() ? HeightDatum::geoid : unscaled.frame.heights;
   return dem;
 }
 

@@ -2,21 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
+
+#include "demslam/dem/dem_reader.h"
 
 namespace demslam {
 namespace {
 
-std::vector<float> slopes_deg(const DemRaster& dem) {
-  std::vector<float> slopes;
-  for (int row = 1; row + 1 < dem.rows; ++row) {
-    for (int col = 1; col + 1 < dem.cols; ++col) {
-      const double slope = cell_gradient(dem, row, col).norm();
-      if (std::isfinite(slope)) slopes.push_back(static_cast<float>(std::atan(slope) * 180.0 / std::numbers::pi));
-    }
-  }
-  return slopes;
+constexpr std::int64_t kMostSlopes = 4'000'000;
+constexpr int kStripCells = 4'000'000;
+
+double slope_deg(const DemRaster& dem, int row, int col) {
+  return std::atan(cell_gradient(dem, row, col).norm()) * 180.0 / std::numbers::pi;
 }
 
 double quantile(std::vector<float>& values, double fraction) {
@@ -25,6 +24,54 @@ double quantile(std::vector<float>& values, double fraction) {
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
+
+/// Gathers the figures strip by strip.
+class Sum {
+ public:
+  explicit Sum(const DemRaster& grid)
+      : origin_m_(grid.frame.origin.z()),
+        stride_(static_cast<std::int64_t>(grid.rows) * grid.cols / kMostSlopes + 1) {}
+
+  /// Rows `begin` to `end` of a strip; the rows about them are their neighbours.
+  void add(const DemRaster& strip, int begin, int end) {
+    for (int row = begin; row < end; ++row) {
+      for (int col = 0; col < strip.cols; ++col) {
+        add_height(strip.at(row, col));
+        if (seen_++ % stride_ == 0) add_slope(slope_deg(strip, row, col));
+      }
+    }
+  }
+  DemStatistics result() {
+    DemStatistics result{.cells = static_cast<std::size_t>(seen_), .holes = holes_};
+    if (result.holes == result.cells) return result;
+    result.min_m = low_ + origin_m_;
+    result.max_m = high_ + origin_m_;
+    result.mean_m = sum_ / static_cast<double>(result.cells - result.holes) + origin_m_;
+    result.slope_median_deg = quantile(slopes_, 0.5);
+    result.slope_p95_deg = quantile(slopes_, 0.95);
+    return result;
+  }
+
+ private:
+  void add_height(float height) {
+    if (!std::isfinite(height)) {
+      ++holes_;
+      return;
+    }
+    low_ = std::min(low_, static_cast<double>(height));
+    high_ = std::max(high_, static_cast<double>(height));
+    sum_ += height;
+  }
+  void add_slope(double slope_deg) {
+    if (std::isfinite(slope_deg)) slopes_.push_back(static_cast<float>(slope_deg));
+  }
+
+  double origin_m_;
+  std::int64_t stride_, seen_ = 0;
+  std::size_t holes_ = 0;
+  double low_ = std::numeric_limits<double>::infinity(), high_ = -low_, sum_ = 0.0;
+  std::vector<float> slopes_;
+};
 
 }  // namespace
 
@@ -38,26 +85,22 @@ Eigen::Vector2d cell_gradient(const DemRaster& dem, int row, int col) {
 }
 
 DemStatistics statistics(const DemRaster& dem) {
-  DemStatistics result{.cells = dem.heights.size()};
-  double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0.0;
-  for (const float h : dem.heights) {
-    if (!std::isfinite(h)) {
-      ++result.holes;
-      continue;
-    }
-    low = std::min(low, static_cast<double>(h));
-    high = std::max(high, static_cast<double>(h));
-    sum += h;
+  Sum sum(dem);
+  sum.add(dem, 0, dem.rows);
+  return sum.result();
+}
+
+DemStatistics statistics(const std::filesystem::path& dem_file) {
+  DemReader reader(dem_file);
+  const DemRaster& grid = reader.grid();
+  Sum sum(grid);
+  const int step = std::max(1, kStripCells / grid.cols);
+  for (int row = 0; row < grid.rows; row += step) {
+    const int first = std::max(0, row - 1), end = std::min(grid.rows, row + step + 1);  // neighbours for the slopes
+    const DemRaster strip = reader.read({first, 0, end - first, grid.cols});
+    sum.add(strip, row - first, std::min(grid.rows, row + step) - first);
   }
-  if (result.holes == result.cells) return result;
-  const double origin_m = dem.frame.origin.z();
-  result.min_m = low + origin_m;
-  result.max_m = high + origin_m;
-  result.mean_m = sum / static_cast<double>(result.cells - result.holes) + origin_m;
-  std::vector<float> slopes = slopes_deg(dem);
-  result.slope_median_deg = quantile(slopes, 0.5);
-  result.slope_p95_deg = quantile(slopes, 0.95);
-  return result;
+  return sum.result();
 }
 
 }  // namespace demslam

@@ -135,6 +135,7 @@ double filtered_height(const DemRaster& dem, const Eigen::VectorXd& weights, int
 }  // namespace
 
 FilteredDem wiener_filtered(const DemRaster& dem, const DemErrorModel& error) {
+  if (dem.heights.empty()) throw Error("the DEM is too large to filter as a whole; cut a part with 'demslam dem crop'");
   const PowerLaw terrain = terrain_law(dem, error);
   const Eigen::VectorXd weights = kriging_weights(terrain, error, dem.cell_m);
   FilteredDem result{dem, remaining_error(weights, terrain, error, dem.cell_m)};

@@ -168,6 +168,7 @@ void add_nees(const Nees& nees, Json& json) {
 Evaluation evaluate(const Trajectory& truth, const Trajectory& estimate, const EvaluationOptions& options) {
   const PosePairs pairs = associate(truth, estimate, options.association);
   Evaluation evaluation{.alignment = options.alignment, .rpe_options = options.rpe, .poses = pairs.truth.size()};
+  evaluation.clock_offset_s = options.association.offset_s;
   evaluate_absolute(truth, pairs, evaluation);
   evaluation.ate_unaligned = ate_with(pairs, Alignment::none, evaluation);
   evaluation.ate_first_pose = ate_with(pairs, Alignment::first_pose, evaluation);
@@ -188,6 +189,7 @@ std::string describe(const RpeOptions& options) {
 std::string evaluation_json(const Evaluation& e) {
   Json json = {{"alignment", name_of(e.alignment)},
                {"poses", e.poses},
+               {"clock_offset_s", e.clock_offset_s},
                {"path_length_m", e.path_length_m},
                {"completion", e.completion},
                {"ate_rmse_m", e.ate.rmse},

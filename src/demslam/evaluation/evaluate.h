@@ -30,6 +30,7 @@ struct Evaluation {
   Alignment alignment = Alignment::none;
   RpeOptions rpe_options;
   std::size_t poses = 0;       ///< pairs compared
+  double clock_offset_s = 0.0;  ///< that was added to the estimate's stamps
   double path_length_m = 0.0;  ///< of the truth at its own rate, from the first pair to the last
 
   ErrorStatistics ate;                           ///< under `alignment`
@@ -49,7 +50,7 @@ struct Evaluation {
 
   std::optional<Nees> nees;  ///< set by evaluate_run() where the run has covariances
   std::vector<PoseError> errors;
-  std::vector<std::string> notes;  ///< what was refused, and why
+  std::vector<std::string> notes;  ///< what was done to the truth, what was refused, and why
 };
 
 /// Compares positions and relative poses of one trajectory with the truth, as evo does. Both must speak of the same

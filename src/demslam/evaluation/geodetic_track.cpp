@@ -1,9 +1,12 @@
 #include "demslam/evaluation/geodetic_track.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <chrono>
 #include <cmath>
+#include <fstream>
+#include <initializer_list>
 #include <optional>
 
 #include "demslam/base/error.h"
@@ -46,19 +49,95 @@ std::optional<TimestampNs> calendar_ns(const std::string& date, const std::strin
   return duration_cast<nanoseconds>(whole).count() + *second_ns;
 }
 
+void check_degrees(const TextTable& table, const TextRow& row, const GeodeticFix& fix) {
+  if (std::abs(fix.latitude_deg) <= 90.0 && std::abs(fix.longitude_deg) <= 360.0) return;
+  table.fail(row, "latitude and longitude must be degrees");
+}
+
 GeodeticFix read_fix(const TextTable& table, const TextRow& row) {
   if (row.fields.size() < kColumns) table.fail(row, "a line must be date, time, latitude, longitude, height, Q, ...");
   const auto t_ns = calendar_ns(row.fields[0], row.fields[1]);
   if (!t_ns) table.fail(row, "'" + row.fields[0] + " " + row.fields[1] + "' is no time like 2021/07/07 12:34:50.200");
   const GeodeticFix fix{*t_ns, table.number(row, 3), table.number(row, 2), table.number(row, 4),
                         static_cast<int>(table.integer(row, 5))};
-  if (std::abs(fix.latitude_deg) > 90.0 || std::abs(fix.longitude_deg) > 360.0) {
-    table.fail(row, "latitude and longitude must be degrees");
-  }
+  check_degrees(table, row, fix);
   return fix;
 }
 
+/// Where a geodetic CSV keeps what; from its first line.
+struct CsvColumns {
+  std::optional<std::size_t> time, longitude, latitude, height;
+  bool time_is_ns = false;
+};
+
+bool has_any(const std::string& name, std::initializer_list<const char*> parts) {
+  return std::any_of(parts.begin(), parts.end(), [&](const char* part) { return name.find(part) != std::string::npos; });
+}
+
+CsvColumns columns_of(const std::string& text) {
+  std::string header = text.substr(text.find_first_not_of("#%\xEF\xBB\xBF "));
+  header = header.substr(0, header.find_first_of("\r\n"));
+  std::transform(header.begin(), header.end(), header.begin(), [](unsigned char c) { return std::tolower(c); });
+  CsvColumns columns;
+  const std::vector<std::string> names = split(header, ',');
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!columns.time && has_any(names[i], {"time", "t_ns", "t_s", "stamp"})) {
+      columns.time = i;
+      columns.time_is_ns = has_any(names[i], {"_ns", "[ns]", "(ns)"});
+    }
+    if (!columns.longitude && has_any(names[i], {"lon"})) columns.longitude = i;
+    if (!columns.latitude && has_any(names[i], {"lat"})) columns.latitude = i;
+    if (!columns.height && has_any(names[i], {"height", "alt"})) columns.height = i;
+  }
+  return columns;
+}
+
+/// The first non-blank line, without reading a large file whole.
+std::string first_line(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::string line;
+  while (std::getline(stream, line) && line.find_first_not_of(" \r\t") == std::string::npos) line.clear();
+  return line;
+}
+
+std::vector<GeodeticFix> read_csv(const std::filesystem::path& file) {
+  const std::string text = read_text(file);
+  const CsvColumns columns = columns_of(text);
+  if (!columns.time || !columns.longitude || !columns.latitude || !columns.height) {
+    throw Error::at(file.string(), 1, "the header must name a time, a longitude, a latitude and a height");
+  }
+  const TextTable table = parse_table(text, file.string());
+  std::vector<GeodeticFix> fixes;
+  for (const TextRow& row : table.rows) {
+    if (&row == &table.rows.front() && row.line == 1) continue;  // the header, where it is no comment
+    const std::string& time = row.fields.at(std::min(*columns.time, row.fields.size() - 1));
+    const bool ns = columns.time_is_ns || std::abs(table.number(row, *columns.time)) >= 1e10;
+    const auto t_ns = scaled_integer(time, ns ? 0 : 9);
+    if (!t_ns) table.fail(row, "'" + time + "' is no time");
+    const GeodeticFix fix{*t_ns, table.number(row, *columns.longitude), table.number(row, *columns.latitude),
+                          table.number(row, *columns.height)};
+    check_degrees(table, row, fix);
+    if (!fixes.empty() && fix.t_ns <= fixes.back().t_ns) table.fail(row, "the times must increase");
+    fixes.push_back(fix);
+  }
+  if (fixes.empty()) throw Error(file.string() + ": there is no position in this file");
+  return fixes;
+}
+
 }  // namespace
+
+bool is_geodetic(const std::filesystem::path& file) {
+  if (file.extension() == ".pos") return true;
+  const std::string line = first_line(file);
+  if (line.find(',') == std::string::npos) return false;
+  const CsvColumns columns = columns_of(line);
+  return columns.longitude && columns.latitude;
+}
+
+GeodeticFile read_geodetic(const std::filesystem::path& file) {
+  if (file.extension() == ".pos") return {read_pos(file), true};
+  return {read_csv(file), false};
+}
 
 std::vector<GeodeticFix> read_pos(const std::filesystem::path& file) {
   const std::string text = read_text(file);

@@ -1,5 +1,7 @@
 #include "demslam/evaluation/runs.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <map>
@@ -8,7 +10,7 @@
 
 #include "demslam/base/error.h"
 #include "demslam/base/text.h"
-#include "demslam/evaluation/lusnar_truth.h"
+#include "demslam/evaluation/clock_offset.h"
 
 namespace demslam {
 namespace {
@@ -41,25 +43,18 @@ Json parse_json(const std::string& text, const std::string& source, int line) {
   }
 }
 
-fs::path dataset_of_run(const fs::path& run) {
+Json summary_of(const fs::path& run) {
   const fs::path file = run / "summary.json";
-  const Json summary = parse_json(read_text(file), file.string(), 1);
+  return parse_json(read_text(file), file.string(), 1);
+}
+
+fs::path dataset_of_run(const fs::path& run) {
+  const Json summary = summary_of(run);
   const Json::json_pointer key("/inputs/dataset");
-  if (!summary.contains(key) || !summary[key].is_string()) throw Error(file.string() + ": 'inputs.dataset' is missing");
+  if (!summary.contains(key) || !summary[key].is_string()) {
+    throw Error((run / "summary.json").string() + ": 'inputs.dataset' is missing");
+  }
   return summary[key].get<std::string>();
-}
-
-fs::path truth_file(const fs::path& run_or_trajectory, const std::optional<fs::path>& given) {
-  if (given && !fs::is_directory(*given)) return *given;
-  const fs::path where = given.value_or(run_or_trajectory);
-  if (const auto found = find_truth(where)) return *found;
-  throw Error(where.string() + ": no ground truth is found with it; pass --truth FILE");
-}
-
-/// KITTI poses have no stamps: they pair by index with poses that have none either, or are equally many.
-bool pairs_by_index(const TrajectoryFile& truth, const TrajectoryFile& estimate) {
-  if (truth.indexed && estimate.indexed) return true;
-  return (truth.indexed || estimate.indexed) && truth.poses.size() == estimate.poses.size();
 }
 
 std::optional<Nees> nees_of(const fs::path& run, const TrajectoryFile& estimate, const Evaluation& evaluation) {
@@ -82,10 +77,26 @@ std::optional<Nees> nees_of(const fs::path& run, const TrajectoryFile& estimate,
 
 }  // namespace
 
-TrajectoryFile read_truth(const fs::path& file) {
-  TrajectoryFile truth = read_trajectory(file);
-  if (is_lusnar_truth(file)) truth.poses = lusnar_T_map_body(truth.poses);
-  return truth;
+std::optional<fs::path> truth_file(const fs::path& run_or_trajectory, const std::optional<fs::path>& given) {
+  if (given && !fs::is_directory(*given)) return given;
+  return find_truth(given.value_or(run_or_trajectory));
+}
+
+std::optional<fs::path> dem_of_run(const fs::path& run) {
+  if (!fs::is_regular_file(run / "summary.json")) return std::nullopt;
+  const Json summary = summary_of(run);
+  const Json::json_pointer key("/inputs/dem/path");
+  if (!summary.contains(key)) return std::nullopt;
+  return summary[key].get<std::string>();
+}
+
+bool pairs_by_index(const TrajectoryFile& truth, const TrajectoryFile& estimate) {
+  if (truth.indexed && estimate.indexed) return true;
+  return (truth.indexed || estimate.indexed) && truth.poses.size() == estimate.poses.size();
+}
+
+double clock_offset_of(const Trajectory& truth, const Trajectory& estimate, const TruthOptions& options) {
+  return options.estimate_clock_offset ? estimate_clock_offset(truth, estimate).offset_s : options.clock_offset_s;
 }
 
 bool is_run_folder(const fs::path& path) { return fs::is_regular_file(path / "trajectory.tum"); }
@@ -124,16 +135,29 @@ std::vector<StampedCovariance> read_covariances(const fs::path& run) {
   return covariances;
 }
 
-Evaluation evaluate_run(const fs::path& run_or_trajectory, const std::optional<fs::path>& truth,
-                        EvaluationOptions options) {
+Evaluation evaluate_run(const fs::path& run_or_trajectory, const std::optional<fs::path>& given_truth,
+                        EvaluationOptions options, TruthOptions truth_options) {
   const bool is_run = fs::is_directory(run_or_trajectory);
-  const TrajectoryFile true_poses = read_truth(truth_file(run_or_trajectory, truth));
+  const auto file = truth_file(run_or_trajectory, given_truth);
+  if (!file) {
+    throw Error(given_truth.value_or(run_or_trajectory).string() +
+                ": no ground truth is found with it; pass --truth FILE");
+  }
+  if (!truth_options.dem) truth_options.dem = dem_of_run(run_or_trajectory);
+  Truth truth = read_truth(*file, truth_options);
   const TrajectoryFile estimate = read_trajectory(is_run ? run_or_trajectory / "trajectory.tum" : run_or_trajectory);
-  options.association.by_index = pairs_by_index(true_poses, estimate);
+  options.association.by_index = pairs_by_index(truth.file, estimate);
+  options.association.offset_s = clock_offset_of(truth.file.poses, estimate.poses, truth_options);
+  if (truth_options.estimate_clock_offset) {
+    truth.notes.push_back(fmt::format("clock: {:.3f} s added to the stamps of the estimate, as estimated from the "
+                                      "aligned positions",
+                                      options.association.offset_s));
+  }
   if (is_run && options.frame_stamps.empty()) options.frame_stamps = frame_stamps(run_or_trajectory);
-  Evaluation evaluation = evaluate(true_poses.poses, estimate.poses, options);
+  Evaluation evaluation = evaluate(truth.file.poses, estimate.poses, options);
   if (is_run && options.alignment == Alignment::none)
     evaluation.nees = nees_of(run_or_trajectory, estimate, evaluation);
+  evaluation.notes.insert(evaluation.notes.begin(), truth.notes.begin(), truth.notes.end());
   return evaluation;
 }
 

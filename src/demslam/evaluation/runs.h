@@ -7,6 +7,7 @@
 
 #include "demslam/evaluation/evaluate.h"
 #include "demslam/evaluation/trajectory_io.h"
+#include "demslam/evaluation/truth.h"
 #include "demslam/geometry/pose.h"
 
 namespace demslam {
@@ -16,8 +17,19 @@ namespace demslam {
 /// ground_truth_tum.txt (EuRoC, TUM-VI). Nothing when there is none.
 std::optional<std::filesystem::path> find_truth(const std::filesystem::path& dataset_or_run);
 
-/// Reads a truth as poses of our body in the map: read_trajectory(), and LuSNAR's own axes turned into ours.
-TrajectoryFile read_truth(const std::filesystem::path& file);
+/// The truth that is meant: the given file, the one found with a given dataset, else with the run. Nothing when there is
+/// none.
+std::optional<std::filesystem::path> truth_file(const std::filesystem::path& run_or_trajectory,
+                                                const std::optional<std::filesystem::path>& given);
+
+/// The DEM that a run was anchored to, from its summary.json; nothing where there is none.
+std::optional<std::filesystem::path> dem_of_run(const std::filesystem::path& run);
+
+/// KITTI poses have no stamps: they pair by index with poses that have none either, or are equally many.
+bool pairs_by_index(const TrajectoryFile& truth, const TrajectoryFile& estimate);
+
+/// What is to be added to the estimate's stamps: the offset given, or the one estimated.
+double clock_offset_of(const Trajectory& truth, const Trajectory& estimate, const TruthOptions& options);
 
 /// Is this a run folder, rather than a trajectory file?
 bool is_run_folder(const std::filesystem::path& path);
@@ -35,8 +47,9 @@ std::vector<StampedCovariance> read_covariances(const std::filesystem::path& run
 
 /// Evaluates a run folder (trajectory.tum, frames.jsonl, covariance.csv) or a trajectory file against `truth`, or
 /// against the truth found with the run's dataset. The NEES is computed where covariances are there and nothing is
-/// aligned. Throws Error when there is no truth or a file is broken.
+/// aligned. Its notes say what was done to the truth. Throws Error when there is no truth or a file is broken.
 Evaluation evaluate_run(const std::filesystem::path& run_or_trajectory,
-                        const std::optional<std::filesystem::path>& truth, EvaluationOptions options);
+                        const std::optional<std::filesystem::path>& truth, EvaluationOptions options,
+                        TruthOptions truth_options = {});
 
 }  // namespace demslam

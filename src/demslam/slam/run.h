@@ -16,6 +16,7 @@ struct RunInputs {
   std::filesystem::path dataset;
   std::string format;                                ///< empty: recognised
   std::optional<std::filesystem::path> dem;          ///< default: the dataset's own, if it has one
+  std::optional<std::filesystem::path> dem_sigma;    ///< default: "dem_sigma.tif" beside "dem.tif"
   std::optional<std::filesystem::path> calibration;  ///< replaces the dataset's own
   std::optional<std::filesystem::path> start;        ///< start.toml; default: the dataset's own
   std::optional<std::filesystem::path> map;          ///< of an earlier run in the same map frame, or its folder

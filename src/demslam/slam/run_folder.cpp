@@ -8,6 +8,7 @@
 
 #include "demslam/base/error.h"
 #include "demslam/base/text.h"
+#include "demslam/dem/geo_track.h"
 #include "demslam/slam/frame_json.h"
 #include "demslam/store/writer_lock.h"
 
@@ -42,19 +43,6 @@ std::string covariance_text(const std::vector<KeyframeEstimate>& keyframes) {
     text += "\n";
   }
   return text;
-}
-
-std::string geojson_text(const Trajectory& trajectory, const LocalFrame& frame) {
-  const Georeference georeference(frame);
-  Json line = Json::array();
-  for (const auto& stamped : trajectory) {
-    const Eigen::Vector3d p = georeference.lon_lat_height(stamped.pose.translation());
-    line.push_back({p.x(), p.y(), p.z()});
-  }
-  const Json feature = {{"type", "Feature"},
-                        {"properties", {{"name", "demslam trajectory"}, {"crs", frame.crs_wkt}}},
-                        {"geometry", {{"type", "LineString"}, {"coordinates", line}}}};
-  return Json{{"type", "FeatureCollection"}, {"features", {feature}}}.dump(1) + "\n";
 }
 
 std::size_t count_lines(const std::string& text) { return std::ranges::count(text, '\n'); }
@@ -135,7 +123,7 @@ void RunFolder::write_result(const SlamResult& result, const LocalFrame* frame) 
   write_file_atomically(path_ / "odometry.tum", tum_text(result.odometry));
   write_file_atomically(path_ / "covariance.csv", covariance_text(result.keyframes));
   if (frame != nullptr && !frame->crs_wkt.empty()) {
-    write_file_atomically(path_ / "trajectory.geojson", geojson_text(result.trajectory, *frame));
+    write_file_atomically(path_ / "trajectory.geojson", geojson_track(result.trajectory, *frame, "trajectory"));
   }
 }
 

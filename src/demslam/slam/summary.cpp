@@ -98,12 +98,18 @@ SensorFiles sensor_files(const RunInputs& inputs, const StereoSequence& sequence
   return files;
 }
 
+std::optional<fs::path> sigma_file(const RunInputs& inputs, const std::optional<fs::path>& dem) {
+  if (!dem || inputs.dem_sigma) return dem ? inputs.dem_sigma : std::nullopt;
+  return sigma_beside(*dem);
+}
+
 std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence, const std::optional<fs::path>& dem,
                         const SlamOptions& options) {
   Json json = {{"dataset", fs::absolute(inputs.dataset).lexically_normal().string()}, {"format", sequence.format()}};
   for (const fs::path& file : sequence.definition_files()) json["files"].push_back(file_json(file));
   if (inputs.start) json["start"] = file_json(*inputs.start);
   if (dem) json["dem"] = file_json(*dem);
+  if (const auto sigma = sigma_file(inputs, dem)) json["dem_sigma"] = file_json(*sigma);
   if (inputs.unknown_start_radius_m > 0.0) json["unknown_start_radius_m"] = inputs.unknown_start_radius_m;
   if (inputs.heading_deg) json["heading_deg"] = *inputs.heading_deg;
   const SensorFiles sensors = sensor_files(inputs, sequence, options);

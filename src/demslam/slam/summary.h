@@ -19,6 +19,10 @@ struct SensorFiles {
 };
 SensorFiles sensor_files(const RunInputs& inputs, const StereoSequence& sequence, const SlamOptions& options);
 
+/// The uncertainty raster of a DEM: the one asked for, else the one beside it, if there is one.
+std::optional<std::filesystem::path> sigma_file(const RunInputs& inputs,
+                                                const std::optional<std::filesystem::path>& dem);
+
 /// What a run reads, with SHA-256: dataset, calibration, start, DEM, sensors, models. JSON.
 std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence,
                         const std::optional<std::filesystem::path>& dem, const SlamOptions& options);
