@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "demslam/base/error.h"
 #include "demslam/base/text.h"
@@ -14,8 +13,6 @@
 
 namespace demslam {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string tum_text(const Trajectory& trajectory) {
   std::string text = "# timestamp_s tx ty tz qx qy qz qw   (T_map_body)\n";
