@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -67,14 +68,18 @@ void info(const Source& source, const std::optional<fs::path>& json) {
 void check(const Source& source, const DatasetCheckOptions& options, const std::optional<fs::path>& json) {
   ProgressBar bar("check", "frames");
   const DatasetCheck check = check_dataset(*source.open(), options, bar.progress());
-  fmt::print("{}: {} frames looked at\n  epipolar   right rows {:+.2f} px from left ones, spread {:.2f} px ({} patches)\n",
-             source.path.string(), check.frames, check.rows.offset_px, check.rows.spread_px, check.rows.patches);
+  fmt::print(
+      "{}: {} frames looked at\n  epipolar   right rows {:+.2f} px from left ones, spread {:.2f} px ({} patches)\n",
+      source.path.string(), check.frames, check.rows.offset_px, check.rows.spread_px, check.rows.patches);
   for (const std::string& warning : check.warnings) fmt::print("warning: {}\n", warning);
   for (const std::string& problem : check.problems) fmt::print("problem: {}\n", problem);
   if (json) {
-    const Json found = {{"dataset", source.path.string()},         {"frames", check.frames},
-                        {"row_offset_px", check.rows.offset_px},   {"row_spread_px", check.rows.spread_px},
-                        {"row_patches", check.rows.patches},       {"warnings", check.warnings},
+    const Json found = {{"dataset", source.path.string()},
+                        {"frames", check.frames},
+                        {"row_offset_px", check.rows.offset_px},
+                        {"row_spread_px", check.rows.spread_px},
+                        {"row_patches", check.rows.patches},
+                        {"warnings", check.warnings},
                         {"problems", check.problems}};
     write_text(*json, found.dump(1) + "\n");
   }

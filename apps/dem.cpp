@@ -151,9 +151,9 @@ struct CompareArguments {
 };
 
 Json compare_json(const CompareArguments& files, const DemComparison& c) {
-  return {{"a", files.a.string()}, {"b", files.b.string()}, {"cells", c.cells},   {"mean_m", c.mean_m},
-          {"median_m", c.median_m}, {"rms_m", c.rms_m},     {"std_m", c.std_m},   {"nmad_m", c.nmad_m},
-          {"min_m", c.min_m},       {"max_m", c.max_m},     {"p95_abs_m", c.p95_m}};
+  return {{"a", files.a.string()},  {"b", files.b.string()}, {"cells", c.cells},    {"mean_m", c.mean_m},
+          {"median_m", c.median_m}, {"rms_m", c.rms_m},      {"std_m", c.std_m},    {"nmad_m", c.nmad_m},
+          {"min_m", c.min_m},       {"max_m", c.max_m},      {"p95_abs_m", c.p95_m}};
 }
 
 void compare(const CompareArguments& files) {
@@ -230,7 +230,8 @@ void add_crop(CLI::App& dem) {
                    "what the file's heights count from: radius (becomes sphere), sphere, ellipsoid or geoid");
   command->add_option("--geoid-undulation-m", a->geoid_undulation_m,
                       "with --heights geoid: geoid above the ellipsoid there; the heights become ellipsoidal");
-  command->footer("Example:\n  demslam dem crop LDEM_4.LBL --center 25.6 45.0 --radius-m 60000 --heights radius -o crop.tif");
+  command->footer(
+      "Example:\n  demslam dem crop LDEM_4.LBL --center 25.6 45.0 --radius-m 60000 --heights radius -o crop.tif");
   command->callback([a] { crop_dem(*a); });
 }
 

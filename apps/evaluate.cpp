@@ -60,7 +60,8 @@ void run(Arguments arguments) {
   if (arguments.all_pairs) arguments.options.rpe.pairs = RpePairs::all;
   std::vector<NamedEvaluation> evaluations;
   for (const fs::path& path : arguments.runs) {
-    evaluations.emplace_back(name_of_run(path), evaluate_run(path, arguments.truth, arguments.options, arguments.truth_options));
+    evaluations.emplace_back(name_of_run(path),
+                             evaluate_run(path, arguments.truth, arguments.options, arguments.truth_options));
   }
   const Table table = evaluation_table(evaluations);
   fmt::print("{}", text_table(table));

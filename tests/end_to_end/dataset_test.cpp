@@ -1,5 +1,5 @@
-// demslam dataset, dem and export on the small simulated traverse: every converter and its reader, and what a user can get
-// wrong, each in one line.
+// demslam dataset, dem and export on the small simulated traverse: every converter and its reader, and what a user can
+// get wrong, each in one line.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

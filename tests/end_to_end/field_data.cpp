@@ -1,6 +1,6 @@
 #include "field_data.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -148,16 +148,17 @@ std::string fixes(const Trajectory& drive, const LocalFrame& frame, const EtnaOp
   const Georeference georeference(frame);
   const BagClock clock(drive.front().t_ns);
   std::string text =
-      "% program   : RTKPOST ver.2.4.3\n% pos mode  : Kinematic\n%\n% (lat/lon/height=WGS84/ellipsoidal,Q=1:fix,2:float)\n"
+      "% program   : RTKPOST ver.2.4.3\n% pos mode  : Kinematic\n%\n% "
+      "(lat/lon/height=WGS84/ellipsoidal,Q=1:fix,2:float)\n"
       "%  GPST                  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)\n";
   for (std::size_t i = 0; i + 1 < drive.size(); ++i) {
     for (int fifth = 0; fifth < 5; ++fifth) {
       const double share = 0.2 * fifth;
-      const Eigen::Vector3d p =
-          (1.0 - share) * drive[i].pose.translation() + share * drive[i + 1].pose.translation();
+      const Eigen::Vector3d p = (1.0 - share) * drive[i].pose.translation() + share * drive[i + 1].pose.translation();
       const Eigen::Vector3d at = georeference.lon_lat_height(p);
-      const TimestampNs t_ns = clock.at(drive[i].t_ns + std::llround(share * static_cast<double>(drive[i + 1].t_ns - drive[i].t_ns))) +
-                               std::llround(options.clock_offset_s * 1e9);
+      const TimestampNs t_ns =
+          clock.at(drive[i].t_ns + std::llround(share * static_cast<double>(drive[i + 1].t_ns - drive[i].t_ns))) +
+          std::llround(options.clock_offset_s * 1e9);
       char line[160];
       std::snprintf(line, sizeof line, "%s   %.9f   %.9f   %.4f   %d  12   0.0100   0.0100   0.0200\n",
                     calendar(t_ns).c_str(), at.y(), at.x(), at.z() + options.geoid_undulation_m, i == 3 ? 2 : 1);

@@ -14,8 +14,8 @@ namespace demslam::testing_support {
 /// A PNG of 8-bit RGBA as LuSNAR's renderer writes them; the pixels are stored without compression.
 std::string rgba_png(const Image& grey);
 
-/// LuSNAR's Moon_N: image{0,1}/color, image0/depth, LiDAR, gt.txt, imu.txt in a world whose z points down; the rover frame is
-/// forward, right, down. `simulated` is a dataset of `demslam simulate` with every sensor.
+/// LuSNAR's Moon_N: image{0,1}/color, image0/depth, LiDAR, gt.txt, imu.txt in a world whose z points down; the rover
+/// frame is forward, right, down. `simulated` is a dataset of `demslam simulate` with every sensor.
 void write_lusnar(const std::filesystem::path& simulated, const std::filesystem::path& folder);
 
 /// What an S3LI traverse is made of besides the simulated dataset.
@@ -27,6 +27,7 @@ struct EtnaOptions {
 
 /// S3LI's traverse: crater.bag (some frames lack their partner), global_lle.pos at 5 Hz, dsm.tif in UTM with heights
 /// above the geoid and no word about it.
-void write_etna(const std::filesystem::path& simulated, const std::filesystem::path& folder, const EtnaOptions& options);
+void write_etna(const std::filesystem::path& simulated, const std::filesystem::path& folder,
+                const EtnaOptions& options);
 
 }  // namespace demslam::testing_support

@@ -1,8 +1,9 @@
-// The recipes of docs/datasets.md, end to end: LuSNAR (LiDAR to DEM to anchored run) and S3LI (bag, satellite truth, DSM in
-// UTM above a geoid), on a simulated traverse written to their layouts.
+// The recipes of docs/datasets.md, end to end: LuSNAR (LiDAR to DEM to anchored run) and S3LI (bag, satellite truth,
+// DSM in UTM above a geoid), on a simulated traverse written to their layouts.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "demslam/dem/local_frame.h"
@@ -106,8 +107,8 @@ TEST_F(Recipe, S3liFromBagAndFixesAndAGeoidDsmToAnchoredRun) {
   EXPECT_LT(evaluation["ate_vertical_rmse_m"], 0.3) << "a forgotten geoid would be 43 m";
   EXPECT_TRUE(evaluation["rpe_rotation_rmse_deg"].is_null());
   EXPECT_THAT(evaluation["notes"].dump(), HasSubstr("RPE rotation is refused: the truth has positions only"));
-  const Json clock = json_of("evaluate " + at("run") + " --truth " + fixes +
-                             " --clock-offset-s auto --max-difference-s 0.11");
+  const Json clock =
+      json_of("evaluate " + at("run") + " --truth " + fixes + " --clock-offset-s auto --max-difference-s 0.11");
   EXPECT_NEAR(clock["clock_offset_s"], 16.7, 1.0);
 
   run("export " + at("run") + " --truth " + fixes + " --clock-offset-s 16.7 --max-difference-s 0.11 -o " + at("out"));

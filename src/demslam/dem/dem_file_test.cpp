@@ -235,14 +235,13 @@ TEST_F(RealDem, AwkwardFilesAreReadOrRefusedInOneLine) {
   struct Refused {
     const char *name, *reason;
   };
-  for (const Refused& refused : {Refused{"dem_nodata.dem", "cells are not square"},
-                                 Refused{"dem_portrait.tif", "the DEM is in degrees"},
-                                 Refused{"dem_unfinished.tif", "the DEM is in degrees"}}) {
+  for (const Refused& refused :
+       {Refused{"dem_nodata.dem", "cells are not square"}, Refused{"dem_portrait.tif", "the DEM is in degrees"},
+        Refused{"dem_unfinished.tif", "the DEM is in degrees"}}) {
     REQUIRE_FILE(file, std::string("lunar_dtm/") + refused.name);
-    EXPECT_THAT([&] { read_dem(file); },
-                testing::ThrowsMessage<Error>(testing::AllOf(testing::HasSubstr(refused.name),
-                                                             testing::HasSubstr(refused.reason),
-                                                             testing::Not(testing::HasSubstr("\n")))));
+    EXPECT_THAT([&] { read_dem(file); }, testing::ThrowsMessage<Error>(testing::AllOf(
+                                             testing::HasSubstr(refused.name), testing::HasSubstr(refused.reason),
+                                             testing::Not(testing::HasSubstr("\n")))));
   }
 }
 
@@ -257,7 +256,8 @@ TEST_F(RealDem, NoDataThatIsNanStaysHoles) {
 
 TEST_F(RealDem, DegreesAreCutAndReprojected) {
   REQUIRE_FILE(file, "lunar_dtm/dem_portrait.tif");
-  const DemRaster dem = read_dem_around(file, {.lon_deg = -122.5, .lat_deg = 37.5, .radius_m = 5000.0, .cell_m = 500.0});
+  const DemRaster dem =
+      read_dem_around(file, {.lon_deg = -122.5, .lat_deg = 37.5, .radius_m = 5000.0, .cell_m = 500.0});
   EXPECT_EQ(dem.cols, 20);
   EXPECT_LT(statistics(dem).hole_fraction(), 1.0);
 }

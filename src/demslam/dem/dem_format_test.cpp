@@ -40,8 +40,8 @@ class DemFormat : public testing::Test {
   fs::path write(const char* driver, const std::string& name, const char* crs, double west = 1000.0,
                  double north = 2000.0, double cell = 10.0) const {
     const fs::path file = folder_ / name;
-    const GDALDatasetUniquePtr dataset(GetGDALDriverManager()->GetDriverByName(driver)->Create(
-        file.c_str(), 4, 4, 1, GDT_Float32, nullptr));
+    const GDALDatasetUniquePtr dataset(
+        GetGDALDriverManager()->GetDriverByName(driver)->Create(file.c_str(), 4, 4, 1, GDT_Float32, nullptr));
     EXPECT_TRUE(dataset) << driver;
     std::array<double, 6> g = {west, cell, 0.0, north, 0.0, -cell};
     dataset->SetGeoTransform(g.data());
@@ -65,10 +65,10 @@ TEST_F(DemFormat, MoonMarsAndEarthProjectionsGiveLongitudesAndLatitudesOfTheirBo
     const char* crs;
     double west, north, semi_major_m;
   };
-  for (const Case& c : {Case{"IAU_2015:30135", 1000.0, 2000.0, 1737400.0},          // Moon, south polar
-                        Case{"IAU_2015:30110", 770000.0, 1365000.0, 1737400.0},     // Moon, equirectangular
-                        Case{"IAU_2015:49910", 770000.0, 1365000.0, 3396190.0},     // Mars, equirectangular
-                        Case{"EPSG:32633", 500000.0, 4177000.0, 6378137.0}}) {      // Etna
+  for (const Case& c : {Case{"IAU_2015:30135", 1000.0, 2000.0, 1737400.0},       // Moon, south polar
+                        Case{"IAU_2015:30110", 770000.0, 1365000.0, 1737400.0},  // Moon, equirectangular
+                        Case{"IAU_2015:49910", 770000.0, 1365000.0, 3396190.0},  // Mars, equirectangular
+                        Case{"EPSG:32633", 500000.0, 4177000.0, 6378137.0}}) {   // Etna
     const DemRaster dem = read_dem(write("GTiff", "a.tif", c.crs, c.west, c.north));
     EXPECT_NEAR(semi_major_axis_m(dem.frame), c.semi_major_m, 1e-3) << c.crs;
     const Georeference georeference(dem.frame);

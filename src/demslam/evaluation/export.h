@@ -18,10 +18,10 @@ struct ExportInputs {
   TruthOptions options;                        ///< `dem`: also for the geographic files; default: the run's own
 };
 
-/// Writes a result for other programs: trajectory.tum; trajectory_kitti.txt with times.txt; trajectory_euroc.csv; with a
-/// DEM that has a CRS trajectory.geojson and trajectory.kml; with a truth truth.tum and, given a DEM, error.tif (on its
-/// grid, mean distance from the truth of the poses in each cell, unaligned) and the truth's geographic tracks. Returns
-/// the files. Throws Error.
+/// Writes a result for other programs: trajectory.tum; trajectory_kitti.txt with times.txt; trajectory_euroc.csv; with
+/// a DEM that has a CRS trajectory.geojson and trajectory.kml; with a truth truth.tum and, given a DEM, error.tif (on
+/// its grid, mean distance from the truth of the poses in each cell, unaligned) and the truth's geographic tracks.
+/// Returns the files. Throws Error.
 std::vector<std::filesystem::path> export_run(const ExportInputs& inputs);
 
 /// Mean position error in each cell of `grid` (its heights are not read); holes where no pose is.

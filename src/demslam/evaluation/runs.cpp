@@ -149,9 +149,10 @@ Evaluation evaluate_run(const fs::path& run_or_trajectory, const std::optional<f
   options.association.by_index = pairs_by_index(truth.file, estimate);
   options.association.offset_s = clock_offset_of(truth.file.poses, estimate.poses, truth_options);
   if (truth_options.estimate_clock_offset) {
-    truth.notes.push_back(fmt::format("clock: {:.3f} s added to the stamps of the estimate, as estimated from the "
-                                      "aligned positions",
-                                      options.association.offset_s));
+    truth.notes.push_back(
+        fmt::format("clock: {:.3f} s added to the stamps of the estimate, as estimated from the "
+                    "aligned positions",
+                    options.association.offset_s));
   }
   if (is_run && options.frame_stamps.empty()) options.frame_stamps = frame_stamps(run_or_trajectory);
   Evaluation evaluation = evaluate(truth.file.poses, estimate.poses, options);

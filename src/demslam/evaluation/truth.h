@@ -28,8 +28,8 @@ struct Truth {
 
 /// Reads a truth as poses of our body in the map: read_trajectory(), LuSNAR's own axes turned into ours, geodetic
 /// positions (is_geodetic()) through the CRS of `options.dem` and, where its heights count from a geoid, lowered by the
-/// undulation. Throws Error when a geodetic truth meets no DEM, a DEM on another body, or one that does not say what its
-/// heights count from.
+/// undulation. Throws Error when a geodetic truth meets no DEM, a DEM on another body, or one that does not say what
+/// its heights count from.
 Truth read_truth(const std::filesystem::path& file, const TruthOptions& options);
 TrajectoryFile read_truth(const std::filesystem::path& file);
 

@@ -23,8 +23,8 @@ using testing::ThrowsMessage;
 
 constexpr double kUndulation_m = 43.46, kAntenna_m = 1.5, kClock_s = 16.7;
 
-/// A drive around a flat DSM of Etna (UTM 33 N, heights above the geoid), one pose a second; its satellite truth with an
-/// antenna 1.5 m up and GPS time.
+/// A figure of eight on a flat DSM of Etna (UTM 33 N, heights above the geoid), one pose a second; its satellite truth
+/// with an antenna 1.5 m up and GPS time.
 class GeodeticTruth : public testing::Test {
  protected:
   GeodeticTruth() {
@@ -34,8 +34,9 @@ class GeodeticTruth : public testing::Test {
     write_dem(folder_ / "dsm.tif", dem_);
     for (int i = 0; i < 60; ++i) {
       const double angle = 0.1 * i;
-      drive_.push_back({(1'625'657'690LL + i) * 1'000'000'000LL,
-                        Pose(rotation_from_rpy(0.0, 0.0, angle + 1.57), {40.0 * std::cos(angle), 40.0 * std::sin(angle), 0.0})});
+      drive_.push_back(
+          {(1'625'657'690LL + i) * 1'000'000'000LL, Pose(rotation_from_rpy(0.0, 0.0, angle + 1.57),
+                                                         {40.0 * std::cos(angle), 20.0 * std::sin(2.0 * angle), 0.0})});
     }
     std::ofstream(folder_ / "run.tum") << tum_text(drive_);
     std::ofstream(truth_) << pos_text();
@@ -49,11 +50,10 @@ class GeodeticTruth : public testing::Test {
     std::string text = "%  GPST                  latitude(deg) longitude(deg)  height(m)   Q  ns\n";
     for (std::size_t i = 0; i < drive_.size(); ++i) {
       const Eigen::Vector3d p = lon_lat_height(drive_[i]);
-      const int second = 10 + static_cast<int>(i);  // 11:34:50 UTC + 16.7 s
+      const int tenths = 67 + 10 * static_cast<int>(i);  // since 11:35:00: the drive begins at 11:34:50, 16.7 s earlier
       char line[160];
-      std::snprintf(line, sizeof line, "2021/07/07 11:%02d:%06.3f   %.10f   %.10f   %.4f   %d  12\n",
-                    35 + (second - 10 + 7) / 60, std::fmod(second - 10 + 6.7, 60.0), p.y(), p.x(),
-                    p.z() + kUndulation_m + kAntenna_m, i == 5 ? 2 : 1);
+      std::snprintf(line, sizeof line, "2021/07/07 11:%02d:%06.3f   %.10f   %.10f   %.4f   %d  12\n", 35 + tenths / 600,
+                    0.1 * (tenths % 600), p.y(), p.x(), p.z() + kUndulation_m + kAntenna_m, i == 5 ? 2 : 1);
       text += line;
     }
     return text;
@@ -62,8 +62,9 @@ class GeodeticTruth : public testing::Test {
     return {.dem = folder_ / "dsm.tif", .dem_heights = HeightDatum::geoid, .geoid_undulation_m = kUndulation_m};
   }
 
-  const fs::path folder_ = fs::path(testing::TempDir()) /
-                           (std::string("GeodeticTruth.") + testing::UnitTest::GetInstance()->current_test_info()->name());
+  const fs::path folder_ =
+      fs::path(testing::TempDir()) /
+      (std::string("GeodeticTruth.") + testing::UnitTest::GetInstance()->current_test_info()->name());
   const fs::path truth_ = folder_ / "global_lle.pos";
   DemRaster dem_{.rows = 60, .cols = 60, .cell_m = 2.0, .west_m = -60.0, .north_m = 60.0};
   Trajectory drive_;
@@ -106,9 +107,8 @@ TEST_F(GeodeticTruth, NeedsADemThatSaysWhatItsHeightsCountFrom) {
   write_dem(folder_ / "ellipsoidal.tif", dem_);
   const Truth truth = read_truth(truth_, {.dem = folder_ / "ellipsoidal.tif"});
   EXPECT_NEAR(truth.file.poses.front().pose.translation().z(), kAntenna_m, 1e-3);
-  EXPECT_THAT(
-      [&] { read_truth(truth_, {.dem = folder_ / "ellipsoidal.tif", .geoid_undulation_m = kUndulation_m}); },
-      ThrowsMessage<Error>(HasSubstr("not from a geoid")));
+  EXPECT_THAT([&] { read_truth(truth_, {.dem = folder_ / "ellipsoidal.tif", .geoid_undulation_m = kUndulation_m}); },
+              ThrowsMessage<Error>(HasSubstr("not from a geoid")));
 }
 
 TEST_F(GeodeticTruth, OfAnotherBodyThanTheDemsIsRefused) {

@@ -160,7 +160,8 @@ TEST(StartFrom, TakesTheInterpolatedPoseAtTheFirstFrame) {
 
 TEST(StartFrom, PositionsAloneGiveTheHeadingOfTheMotion) {
   Trajectory track;
-  for (int i = 0; i < 10; ++i) track.push_back({i * 1'000'000'000LL, Pose(Eigen::Quaterniond::Identity(), {0.0, 1.0 * i, 0.0})});
+  for (int i = 0; i < 10; ++i)
+    track.push_back({i * 1'000'000'000LL, Pose(Eigen::Quaterniond::Identity(), {0.0, 1.0 * i, 0.0})});
   const StartPose start = start_from(track, 2'000'000'000, {});
   EXPECT_NEAR(yaw_of(start.T_map_body.rotation()), M_PI / 2, 1e-9);
   EXPECT_NEAR(start.sigma_rotation_rad, 5.0 * M_PI / 180.0, 1e-9);

@@ -55,8 +55,7 @@ StartPose start_from(const Trajectory& track, TimestampNs t_ns, const StartFromO
     start.T_map_body = Pose(heading_of_motion(track, t_ns, p, options.heading_path_m), p);
   }
   const double usual_deg = rotations ? 0.1 : 5.0;
-  start.sigma_rotation_rad =
-      kRadPerDeg * (options.sigma_rotation_deg > 0.0 ? options.sigma_rotation_deg : usual_deg);
+  start.sigma_rotation_rad = kRadPerDeg * (options.sigma_rotation_deg > 0.0 ? options.sigma_rotation_deg : usual_deg);
   return start;
 }
 
