@@ -97,7 +97,8 @@ TEST_F(Mapping, BrokenScansAndMissingPosesAreNamed) {
   text("LiDAR/1500000000.txt", "1,2,3\n");
   EXPECT_THAT([&] { build_dem(lidar(), {}, {}); }, ThrowsMessage<Error>(HasSubstr("1500000000.txt:1: a line must be")));
   fs::remove_all(folder_ / "LiDAR");
-  EXPECT_THAT([&] { build_dem(lidar(), {}, {}); }, ThrowsMessage<Error>(HasSubstr("timestamp.txt")));
+  EXPECT_THAT([&] { build_dem(lidar(), {}, {}); },
+              ThrowsMessage<Error>(HasSubstr("the folder with the scans is missing")));
 }
 
 TEST_F(Mapping, PointFilesAreAlreadyInTheMap) {
