@@ -148,6 +148,9 @@ TEST_F(DatasetCommand, ARunTakesTheDemsUncertaintyFromBesideIt) {
   const Json summary = Json::parse(read_text(folder_ / "with/summary.json"));
   EXPECT_THAT(summary["inputs"]["dem_sigma"]["path"].get<std::string>(), HasSubstr("dem_sigma.tif"));
   EXPECT_NE(read_text(folder_ / "plain/trajectory.tum"), read_text(folder_ / "with/trajectory.tum"));
+  ASSERT_EQ(run("replay " + at("with") + " -o " + at("again")).status, 0);
+  EXPECT_EQ(Json::parse(read_text(folder_ / "again/summary.json"))["inputs"]["dem_sigma"],
+            summary["inputs"]["dem_sigma"]);
   expect_error(copied + at("none") + " --dem-sigma " + at("absent.tif"), "absent.tif");
 }
 

@@ -26,6 +26,16 @@ std::optional<fs::path> chosen_dem(const ReplayInputs& inputs, const Json& recor
   return fs::is_regular_file(own) ? std::optional(own) : std::nullopt;
 }
 
+/// Of the recorded run's DEM the recorded one, of another DEM the one beside it.
+std::optional<fs::path> chosen_sigma(const ReplayInputs& inputs, const Json& recorded,
+                                     const std::optional<fs::path>& dem) {
+  if (dem && !inputs.dem && recorded.contains("dem")) {
+    return recorded.contains("dem_sigma") ? std::optional<fs::path>(recorded["dem_sigma"].at("path").get<std::string>())
+                                          : std::nullopt;
+  }
+  return dem ? sigma_beside(*dem) : std::nullopt;
+}
+
 StartPose chosen_start(const ReplayInputs& inputs, const Json& recorded, const MapStore& map) {
   if (inputs.start) return read_start_pose(*inputs.start);
   const fs::path own = recorded_dataset(recorded) / "start.toml";
@@ -76,7 +86,8 @@ RunReport replay(const ReplayInputs& inputs, const SlamOptions& options, const P
   const MapHeader header = map.header();
   const Json recorded = Json::parse(header.inputs);
   const auto dem_file = chosen_dem(inputs, recorded, options);
-  const auto dem = dem_file ? std::make_shared<const Dem>(read_dem(*dem_file)) : nullptr;
+  const auto dem_sigma = chosen_sigma(inputs, recorded, dem_file);
+  const auto dem = dem_file ? std::make_shared<const Dem>(open_dem(*dem_file, dem_sigma)) : nullptr;
   const Frontend frontend = make_frontend(options.frontend);
   Backend backend(header.rig, *frontend.matcher, dem, prior_of(chosen_start(inputs, recorded, map)), options,
                   [&](std::size_t keyframe) { return map.features(keyframe); });
@@ -90,7 +101,7 @@ RunReport replay(const ReplayInputs& inputs, const SlamOptions& options, const P
   RunReport report{.result = backend.finish(), .anchored = dem != nullptr};
   report.frames_in_dataset = report.frames_asked = report.result.counters.frames;
   folder.write_result(report.result, dem ? &dem->raster().frame : nullptr);
-  folder.write_summary(summary_text({}, with_dem(header.inputs, dem_file), report));
+  folder.write_summary(summary_text({}, with_dem(header.inputs, dem_file, dem_sigma), report));
   report.seconds = stopwatch.elapsed_ms() * 1e-3;
   return report;
 }

@@ -125,10 +125,13 @@ std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence,
   return json.dump();
 }
 
-std::string with_dem(const std::string& inputs_text, const std::optional<fs::path>& dem) {
+std::string with_dem(const std::string& inputs_text, const std::optional<fs::path>& dem,
+                     const std::optional<fs::path>& dem_sigma) {
   Json inputs = Json::parse(inputs_text);
   inputs.erase("dem");
+  inputs.erase("dem_sigma");
   if (dem) inputs["dem"] = file_json(*dem);
+  if (dem_sigma) inputs["dem_sigma"] = file_json(*dem_sigma);
   return inputs.dump();
 }
 

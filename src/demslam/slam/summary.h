@@ -28,7 +28,8 @@ std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence,
                         const std::optional<std::filesystem::path>& dem, const SlamOptions& options);
 
 /// The same inputs with another DEM, or none.
-std::string with_dem(const std::string& inputs_text, const std::optional<std::filesystem::path>& dem);
+std::string with_dem(const std::string& inputs_text, const std::optional<std::filesystem::path>& dem,
+                     const std::optional<std::filesystem::path>& dem_sigma);
 
 /// The text of summary.json.
 std::string summary_text(const RunInputs& inputs, const std::string& inputs_text, const RunReport& report);
