@@ -5,41 +5,19 @@
 #include <algorithm>
 #include <array>
 
+#include "demslam/experiment/estimator.h"
+
 namespace demslam {
 namespace {
 
 namespace fs = std::filesystem;
 
-SlamOptions odometry_options() {
+/// The image-free experiment's way of anchoring, with images.
+SlamOptions as(const Estimator& estimator) {
   SlamOptions options;
-  options.use_dem = false;
-  options.use_loops = false;
-  return options;
-}
-
-/// Height with its vertical Jacobian and surface normal, as published.
-SlamOptions published_options() {
-  SlamOptions options;
-  options.graph.systematic.enabled = false;
-  options.anchoring.patches = false;
-  options.anchoring.height = options.anchoring.normal = true;
-  options.anchoring.full_gradient = false;
-  options.anchoring.filter_dem = false;
-  return options;
-}
-
-SlamOptions full_gradient_options() {
-  SlamOptions options = published_options();
-  options.anchoring.full_gradient = true;
-  return options;
-}
-
-/// Landmarks of the ground in patches on the filtered DEM, the odometry's systematic errors as states.
-SlamOptions patches_options() {
-  SlamOptions options = published_options();
-  options.graph.systematic.enabled = true;
-  options.anchoring.patches = options.anchoring.filter_dem = true;
-  options.anchoring.height = options.anchoring.normal = false;
+  options.use_dem = estimator.anchored;
+  options.anchoring = estimator.anchoring;
+  options.graph.systematic = estimator.systematic;
   return options;
 }
 
@@ -48,17 +26,11 @@ SlamOptions without_loops(SlamOptions options) {
   return options;
 }
 
-SlamOptions loops_only() {
-  SlamOptions options = odometry_options();
-  options.use_loops = true;
-  return options;
-}
-
 std::vector<StudyVariant> usual_variants() {
-  return {{"odometry", odometry_options()},
-          {"published", published_options()},
-          {"full_gradient", full_gradient_options()},
-          {"patches", patches_options()}};
+  return {{"odometry", without_loops(as(odometry_only()))},
+          {"published", as(published_factors())},
+          {"full_gradient", as(full_gradient())},
+          {"patches", as(filtered_patches())}};
 }
 
 std::vector<std::uint64_t> seeds_of(const ExperimentExtent& extent) {
@@ -103,12 +75,12 @@ PublishedExperiment crater_experiment(const fs::path& configs, const ExperimentE
   return {{.name = "crater",
            .title = "A loop of 1.03 km around a crater rim",
            .drives = {drive_of("crater_loop", configs / "crater_loop_1030m.toml", extent)},
-           .variants = {{"odometry", odometry_options()},
-                        {"loop", loops_only()},
-                        {"published", without_loops(published_options())},
-                        {"published_loop", published_options()},
-                        {"patches", without_loops(patches_options())},
-                        {"patches_loop", patches_options()}},
+           .variants = {{"odometry", without_loops(as(odometry_only()))},
+                        {"loop", as(odometry_only())},
+                        {"published", without_loops(as(published_factors()))},
+                        {"published_loop", as(published_factors())},
+                        {"patches", without_loops(as(filtered_patches()))},
+                        {"patches_loop", as(filtered_patches())}},
            .seeds = seeds_of(extent)},
           {{.drive = "crater_loop", .variant = "loop", .ate_m = 94.01},
            {.drive = "crater_loop", .variant = "published_loop", .ate_m = 21.43}}};
@@ -142,7 +114,7 @@ PublishedExperiment uncertainty_experiment(const fs::path& configs, const Experi
   PublishedExperiment e{{.name = "uncertainty",
                          .title = "378 m with errors of the DEM",
                          .drives = {drive_of("traverse", configs / "traverse_378m.toml", extent)},
-                         .variants = {{"no_dem", odometry_options()}},
+                         .variants = {{"no_dem", without_loops(as(odometry_only()))}},
                          .seeds = seeds_of(extent)},
                         {{.drive = "traverse", .variant = "no_dem", .ate_m = 0.788, .drift_percent = 0.986}}};
   for (const Case& c : cases) {

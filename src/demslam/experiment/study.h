@@ -8,6 +8,7 @@
 
 #include "demslam/base/progress.h"
 #include "demslam/dem/perturb.h"
+#include "demslam/experiment/spread.h"
 #include "demslam/sim/scene.h"
 #include "demslam/slam/options.h"
 
@@ -51,14 +52,6 @@ struct StudyScore {
 /// they are read) and OUT/DRIVE_sSEED/VARIANT (run folders). When asked to stop, gives the scores so far; the same call
 /// goes on.
 std::vector<StudyScore> run_study(const Study& study, const std::filesystem::path& out, const Progress& progress);
-
-/// Median, quartiles and extremes of one figure over the runs of a variant.
-struct Spread {
-  std::size_t runs = 0;
-  double median = 0.0, lower_quartile = 0.0, upper_quartile = 0.0, worst = 0.0;
-};
-/// Quartiles as numpy's default (linear between order statistics). `values` may not be empty.
-Spread spread_of(std::vector<double> values);
 
 using StudyFigure = double StudyScore::*;
 /// Over all drives and seeds of `variant`, or those of one drive.

@@ -5,6 +5,7 @@
 
 #include "demslam/evaluation/nees.h"
 #include "demslam/experiment/parallel.h"
+#include "demslam/experiment/spread.h"
 
 namespace demslam {
 namespace {
@@ -12,17 +13,10 @@ namespace {
 using Scores = std::vector<EstimateScore>;
 using Figure = double EstimateScore::*;
 
-std::vector<double> sorted(const Scores& scores, Figure figure) {
+Spread spread(const Scores& scores, Figure figure) {
   std::vector<double> values;
   for (const EstimateScore& score : scores) values.push_back(score.*figure);
-  std::sort(values.begin(), values.end());
-  return values;
-}
-
-double median(const Scores& scores, Figure figure) {
-  const std::vector<double> values = sorted(scores, figure);
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+  return spread_of(std::move(values));
 }
 
 double mean(const Scores& scores, Figure figure) {
@@ -36,17 +30,17 @@ ExperimentRow row_of(const std::string& scene, const std::string& estimator, con
   return {.scene = scene,
           .estimator = estimator,
           .seeds = static_cast<int>(scores.size()),
-          .median_ate_m = median(scores, &EstimateScore::ate_m),
-          .worst_ate_m = sorted(scores, &EstimateScore::ate_m).back(),
-          .median_horizontal_m = median(scores, &EstimateScore::horizontal_m),
-          .median_vertical_m = median(scores, &EstimateScore::vertical_m),
-          .median_end_m = median(scores, &EstimateScore::end_m),
+          .median_ate_m = spread(scores, &EstimateScore::ate_m).median,
+          .worst_ate_m = spread(scores, &EstimateScore::ate_m).worst,
+          .median_horizontal_m = spread(scores, &EstimateScore::horizontal_m).median,
+          .median_vertical_m = spread(scores, &EstimateScore::vertical_m).median,
+          .median_end_m = spread(scores, &EstimateScore::end_m).median,
           .mean_nees = mean(scores, &EstimateScore::nees),
-          .median_nees = median(scores, &EstimateScore::nees),
-          .worst_nees = sorted(scores, &EstimateScore::nees).back(),
+          .median_nees = spread(scores, &EstimateScore::nees).median,
+          .worst_nees = spread(scores, &EstimateScore::nees).worst,
           .nees_low = chi_square_quantile(0.025, freedom) / freedom,
           .nees_high = chi_square_quantile(0.975, freedom) / freedom,
-          .median_ms_per_keyframe = median(scores, &EstimateScore::ms_per_keyframe)};
+          .median_ms_per_keyframe = spread(scores, &EstimateScore::ms_per_keyframe).median};
 }
 
 /// One scene with one seed, and what came out.

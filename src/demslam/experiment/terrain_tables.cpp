@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "demslam/evaluation/markdown.h"
 #include "demslam/experiment/terrain_experiment.h"
 
 namespace demslam {
@@ -38,18 +39,7 @@ Table overview(const std::vector<ExperimentRow>& rows) {
   return table;
 }
 
-std::string markdown_line(const std::vector<std::string>& cells) {
-  std::string line = "|";
-  for (const std::string& cell : cells) line += " " + cell + " |";
-  return line + "\n";
-}
-
-std::string markdown_table(const Table& table) {
-  std::string text = table.title + "\n\n" + markdown_line(table.header);
-  text += markdown_line(std::vector<std::string>(table.header.size(), "---"));
-  for (const auto& row : table.rows) text += markdown_line(row);
-  return text;
-}
+std::string titled(const Table& table) { return table.title + "\n\n" + markdown_table(table); }
 
 }  // namespace
 
@@ -75,7 +65,7 @@ Table timing_table(const std::vector<ExperimentRow>& rows) {
 }
 
 std::string experiment_markdown(const std::vector<ExperimentRow>& rows) {
-  return markdown_table(overview(rows)) + "\n" + markdown_table(experiment_table(rows));
+  return titled(overview(rows)) + "\n" + titled(experiment_table(rows));
 }
 
 std::string experiment_json(const std::vector<ExperimentRow>& rows) {
