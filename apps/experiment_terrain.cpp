@@ -62,8 +62,8 @@ void run(Arguments a) {
 
 void add_terrain_experiment(CLI::App& experiments) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command =
-      experiments.add_subcommand("terrain", "position from terrain without images: estimators, reliefs, lengths, seeds");
+  CLI::App* command = experiments.add_subcommand(
+      "terrain", "position from terrain without images: estimators, reliefs, lengths, seeds");
   command->add_option("-o,--output", a->output, "folder for tables and finished seeds; goes on where it stopped")
       ->required();
   command->add_flag("--quick", a->quick, "five short scenes, three seeds");

@@ -102,7 +102,8 @@ void run(const Arguments& a) {
 void add_dem_observability(CLI::App& dem) {
   auto a = std::make_shared<Arguments>();
   a->options.anchoring.filter_dem = true;
-  CLI::App* command = dem.add_subcommand("observability", "predicted position uncertainty along a route, before driving it");
+  CLI::App* command =
+      dem.add_subcommand("observability", "predicted position uncertainty along a route, before driving it");
   command->add_option("dem", a->dem, "any GDAL raster in metres")->required();
   command->add_option("route", a->route, "TUM trajectory, or x and y in map metres, one point a line")->required();
   command->add_option("-o,--output", a->output, "folder for route.csv, route.json and sigma.tif")->required();
@@ -113,7 +114,8 @@ void add_dem_observability(CLI::App& dem) {
   command->add_option("--rotation-deg-per-sqrt-m", a->options.rotation_deg_per_sqrt_m, "odometry's random walk");
   command->add_option("--translation-m-per-sqrt-m", a->options.translation_m_per_sqrt_m, "odometry's random walk");
   command->add_option("--cell-m", a->options.information_cell_m, "cells of sigma.tif");
-  command->footer("Example:\n  demslam dem observability runs/data/dem.tif runs/anchored/trajectory.tum -o runs/prediction");
+  command->footer(
+      "Example:\n  demslam dem observability runs/data/dem.tif runs/anchored/trajectory.tum -o runs/prediction");
   command->callback([a] { run(*a); });
 }
 

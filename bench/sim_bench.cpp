@@ -11,7 +11,10 @@ namespace {
 
 struct Drive {
   explicit Drive(int size_px)
-      : scene(of_size(size_px)), terrain(scene.terrain, scene.seed), route(scene.rover), rig(stereo_rig(scene.camera)),
+      : scene(of_size(size_px)),
+        terrain(scene.terrain, scene.seed),
+        route(scene.rover),
+        rig(stereo_rig(scene.camera)),
         renderer(scene, terrain, route) {}
 
   static SceneOptions of_size(int size_px) {

@@ -50,8 +50,12 @@ function(demslam_test NAME)
   cmake_parse_arguments(ARG "" "FIXTURE" "SOURCES;LIBRARIES" ${ARGN})
   find_package(GTest REQUIRED)
   include(GoogleTest)
+  if(NOT TARGET demslam_test_main)
+    add_library(demslam_test_main OBJECT "${PROJECT_SOURCE_DIR}/tests/test_main.cpp")
+    target_link_libraries(demslam_test_main PUBLIC GTest::gtest GTest::gmock PRIVATE demslam_build_flags)
+  endif()
   add_executable(${NAME} ${ARG_SOURCES})
-  target_link_libraries(${NAME} PRIVATE ${ARG_LIBRARIES} GTest::gtest_main GTest::gmock demslam_build_flags)
+  target_link_libraries(${NAME} PRIVATE ${ARG_LIBRARIES} demslam_test_main demslam_build_flags)
   target_compile_definitions(${NAME} PRIVATE
     DEMSLAM_SOURCE_DIR="${PROJECT_SOURCE_DIR}" DEMSLAM_SHARED_DIR="${DEMSLAM_SHARED_DIR}")
   gtest_discover_tests(${NAME} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60

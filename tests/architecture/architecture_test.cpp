@@ -15,9 +15,9 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::map<std::string, int> kFloor = {
-    {"base", 0},       {"geometry", 0}, {"toml", 1},       {"image", 1},  {"dem", 1},    {"dataset", 2},
-    {"evaluation", 2}, {"features", 3}, {"mapping", 3}, {"odometry", 4},   {"sim", 4},    {"graph", 5},  {"anchoring", 6},
-    {"store", 6},      {"slam", 7},     {"config", 8},     {"report", 8},  {"experiment", 9},
+    {"base", 0},       {"geometry", 0}, {"toml", 1},    {"image", 1},    {"dem", 1},    {"dataset", 2},
+    {"evaluation", 2}, {"features", 3}, {"mapping", 3}, {"odometry", 4}, {"sim", 4},    {"graph", 5},
+    {"anchoring", 6},  {"store", 6},    {"slam", 7},    {"config", 8},   {"report", 8}, {"experiment", 9},
 };
 
 /// Which modules may use a library, by the beginning of the header's name.

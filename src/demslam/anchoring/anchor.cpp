@@ -106,7 +106,8 @@ void DemAnchor::update(PoseGraph& graph) {
 /// A slope below what the DEM's error alone makes is not believed.
 TerrainGradient DemAnchor::believed_slope(const DemSample& ground) {
   if (!options_.full_gradient) return TerrainGradient::vertical_only;
-  if (!options_.gate || ground.gradient.norm() > slope_sigma(error_, dem_->raster().cell_m)) return TerrainGradient::full;
+  if (!options_.gate || ground.gradient.norm() > slope_sigma(error_, dem_->raster().cell_m))
+    return TerrainGradient::full;
   ++report_.gated_heights;
   return TerrainGradient::vertical_only;
 }
@@ -122,7 +123,8 @@ void DemAnchor::anchor(PoseGraph& graph, std::size_t keyframe) {
   if (options_.height) {
     const double sigma_dem_m = dem_->sigma_m(p.x(), p.y()).value_or(error_.sigma_m);
     const auto noise = robust(1, std::hypot(sigma_dem_m, options_.sigma_contact_m), options_.kernel_sigmas);
-    add_on_dem(graph, boost::make_shared<DemHeightFactor>(keyframe, dem_, p_body_ground_, noise, believed_slope(*ground)),
+    add_on_dem(graph,
+               boost::make_shared<DemHeightFactor>(keyframe, dem_, p_body_ground_, noise, believed_slope(*ground)),
                dem_shift_key(graph));
     ++report_.height;
   }
@@ -181,8 +183,9 @@ void DemAnchor::close_stretch(PoseGraph& graph, std::size_t end) {
   }
   const auto patch = build_patch(stretch, middle, graph.T_map_body(middle), *dem_, options_.patch);
   if (patch) {
-    add_on_dem(graph, boost::make_shared<TerrainPatchFactor>(*patch, dem_, error_, options_.patch_factor,
-                                                              believed_relief(*patch, graph.T_map_body(middle))),
+    add_on_dem(graph,
+               boost::make_shared<TerrainPatchFactor>(*patch, dem_, error_, options_.patch_factor,
+                                                      believed_relief(*patch, graph.T_map_body(middle))),
                dem_shift_key(graph));
     ++report_.patches;
     report_.patch_cells += static_cast<int>(patch->cells.size());

@@ -27,14 +27,15 @@ struct AnchoringOptions {
   double sigma_normal_deg = 4.0;    ///< the DEM's slope error and wheelbase against cell
   double kernel_sigmas = 2.5;       ///< Cauchy, of height and normal
   bool full_gradient = true;        ///< false: the published height factor, whose Jacobian has only its vertical part
-  bool gate = true;  ///< slopes only where they are surer than the DEM's error, normals only where the place is sure enough
-  double max_tilt_deg = 60.0;       ///< a keyframe estimated steeper than this gets no normal factor
-  bool patches = false;             ///< terrain patches from landmarks; the surest position, needs add_landmarks()
+  bool gate =
+      true;  ///< slopes only where they are surer than the DEM's error, normals only where the place is sure enough
+  double max_tilt_deg = 60.0;  ///< a keyframe estimated steeper than this gets no normal factor
+  bool patches = false;        ///< terrain patches from landmarks; the surest position, needs add_landmarks()
   PatchOptions patch;
   PatchFactorOptions patch_factor;
-  SubmapOptions submap;           ///< search of whole submaps; needs add_landmarks()
-  double sigma_bias_m = 0.0;      ///< of the DEM as a whole, up or down: a state; 0: none
-  double sigma_shift_m = 0.0;     ///< and aside, per axis
+  SubmapOptions submap;        ///< search of whole submaps; needs add_landmarks()
+  double sigma_bias_m = 0.0;   ///< of the DEM as a whole, up or down: a state; 0: none
+  double sigma_shift_m = 0.0;  ///< and aside, per axis
 
   bool needs_landmarks() const { return patches || submap.recover || submap.factors; }
 };
@@ -87,7 +88,7 @@ class DemAnchor {
   double relief_evidence_ = 0.0;  ///< of the last patches: how much better the DEM's relief explains them than a plane
   double path_m_ = 0.0, sigma_known_at_m_ = 0.0;
   std::optional<double> horizontal_sigma_m_;  ///< at sigma_known_at_m_
-  std::optional<std::uint64_t> dem_shift_;  ///< the graph's key of the DEM's bias and shift
+  std::optional<std::uint64_t> dem_shift_;    ///< the graph's key of the DEM's bias and shift
 };
 
 /// All keyframes of a graph at once.

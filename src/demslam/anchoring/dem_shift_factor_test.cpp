@@ -21,8 +21,8 @@ DemRaster ground() {
 }
 
 DemShiftFactor on(const DemRaster& dem) {
-  const auto height = boost::make_shared<DemHeightFactor>(0, std::make_shared<Dem>(dem), Eigen::Vector3d(1.0, 0.5, -1.5),
-                                                          gtsam::noiseModel::Isotropic::Sigma(1, 0.5));
+  const auto height = boost::make_shared<DemHeightFactor>(
+      0, std::make_shared<Dem>(dem), Eigen::Vector3d(1.0, 0.5, -1.5), gtsam::noiseModel::Isotropic::Sigma(1, 0.5));
   return DemShiftFactor(height, gtsam::Symbol('v', 0));
 }
 
@@ -42,8 +42,14 @@ TEST(DemShiftFactor, HasItsNumericJacobians) {
   factor.evaluateError(to_gtsam(kBody), shift, H_pose, H_shift);
   const std::function<gtsam::Vector(const gtsam::Pose3&, const gtsam::Vector3&)> error =
       [&](const gtsam::Pose3& T, const gtsam::Vector3& s) { return factor.evaluateError(T, s); };
-  EXPECT_LT((H_pose - gtsam::numericalDerivative21<gtsam::Vector, gtsam::Pose3, gtsam::Vector3>(error, to_gtsam(kBody), shift)).norm(), 1e-4);
-  EXPECT_LT((H_shift - gtsam::numericalDerivative22<gtsam::Vector, gtsam::Pose3, gtsam::Vector3>(error, to_gtsam(kBody), shift)).norm(), 1e-4);
+  EXPECT_LT((H_pose -
+             gtsam::numericalDerivative21<gtsam::Vector, gtsam::Pose3, gtsam::Vector3>(error, to_gtsam(kBody), shift))
+                .norm(),
+            1e-4);
+  EXPECT_LT((H_shift -
+             gtsam::numericalDerivative22<gtsam::Vector, gtsam::Pose3, gtsam::Vector3>(error, to_gtsam(kBody), shift))
+                .norm(),
+            1e-4);
 }
 
 }  // namespace

@@ -38,7 +38,8 @@ std::vector<Eigen::Vector2d> resampled(const std::vector<Eigen::Vector2d>& route
   double due_m = 0.0;
   for (std::size_t i = 1; i < route.size(); ++i) {
     const double length_m = (route[i] - route[i - 1]).norm();
-    for (; due_m < length_m; due_m += step_m) points.push_back(route[i - 1] + due_m / length_m * (route[i] - route[i - 1]));
+    for (; due_m < length_m; due_m += step_m)
+      points.push_back(route[i - 1] + due_m / length_m * (route[i] - route[i - 1]));
     due_m -= length_m;
   }
   return points;
@@ -56,8 +57,7 @@ Pose standing(const Dem& dem, const Eigen::Vector2d& at, const Eigen::Vector2d& 
 bool in_view(const Eigen::Vector2d& p, const Pose& T_map_body, const ObservabilityOptions& o) {
   const Eigen::Vector2d d = p - T_map_body.translation().head<2>();
   const double bearing = std::atan2(d.y(), d.x()) - yaw_of(T_map_body.rotation());
-  return d.norm() < o.view_m && d.norm() > 2.0 &&
-         std::cos(bearing) > std::cos(o.view_half_angle_deg * kRadPerDeg);
+  return d.norm() < o.view_m && d.norm() > 2.0 && std::cos(bearing) > std::cos(o.view_half_angle_deg * kRadPerDeg);
 }
 
 /// The patch that is seen between two poses, rigidly tied to the first.
@@ -153,7 +153,8 @@ std::vector<PredictedPose> predict_along(const std::vector<Eigen::Vector2d>& rou
                                          const ObservabilityOptions& options, const Progress& progress) {
   const double step_m = options.anchoring.patch.length_m;
   const std::vector<Eigen::Vector2d> points = resampled(route, step_m);
-  if (points.size() < 3) throw Error("the route is shorter than " + std::to_string(2.0 * step_m) + " m: too short to predict");
+  if (points.size() < 3)
+    throw Error("the route is shorter than " + std::to_string(2.0 * step_m) + " m: too short to predict");
   if (!dem->covers(points.front().x(), points.front().y()))
     throw Error("the DEM has no height at the route's start: is the route in the DEM's map frame?");
   const SeenDem seen_dem = seen(std::move(dem), options.anchoring);

@@ -14,8 +14,8 @@ namespace demslam {
 /// Covariance of the cells' residuals on a DEM: the DEM's error between them, and each cell's own.
 Eigen::MatrixXd cell_covariance(const std::vector<PatchCell>& cells, const DemErrorModel& dem_error);
 
-/// How much better (chi-square) the DEM's relief explains the patch than the plane through it does, heights free in both.
-/// Negative where the DEM's relief is its error: there its slopes say nothing about the place.
+/// How much better (chi-square) the DEM's relief explains the patch than the plane through it does, heights free in
+/// both. Negative where the DEM's relief is its error: there its slopes say nothing about the place.
 double relief_evidence(const TerrainPatch& patch, const Pose& T_map_body, const Dem& dem,
                        const DemErrorModel& dem_error);
 

@@ -39,9 +39,8 @@ boost::shared_ptr<DirectionFactor> sun_factor(std::size_t keyframe, const Eigen:
                                               const Eigen::Vector3d& sun_body, double sigma_deg) {
   constexpr double kKernelSigmas = 2.5;
   const double sigma_rad = sigma_deg * std::numbers::pi / 180.0;
-  const auto noise =
-      gtsam::noiseModel::Robust::Create(gtsam::noiseModel::mEstimator::Cauchy::Create(kKernelSigmas),
-                                        gtsam::noiseModel::Isotropic::Sigma(2, sigma_rad));
+  const auto noise = gtsam::noiseModel::Robust::Create(gtsam::noiseModel::mEstimator::Cauchy::Create(kKernelSigmas),
+                                                       gtsam::noiseModel::Isotropic::Sigma(2, sigma_rad));
   return boost::make_shared<DirectionFactor>(keyframe, sun_map, sun_body, noise);
 }
 

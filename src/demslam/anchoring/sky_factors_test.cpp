@@ -103,7 +103,8 @@ TEST(Skyline, OfAConeHasItsSlopeAndFarGroundSinks) {
   const Dem cone(dem);
   const Skyline flat = skyline_from(cone, Eigen::Vector3d::Zero(), {.azimuths = 36, .radius_m = 0.0});
   for (const double azimuth : {0.0, 1.0, 4.0}) EXPECT_NEAR(flat.elevation(azimuth), std::atan(0.1), 1e-3);
-  const Skyline round = skyline_from(cone, Eigen::Vector3d::Zero(), {.azimuths = 36, .min_range_m = 900.0, .radius_m = 1e4});
+  const Skyline round =
+      skyline_from(cone, Eigen::Vector3d::Zero(), {.azimuths = 36, .min_range_m = 900.0, .radius_m = 1e4});
   EXPECT_NEAR(round.elevation(0.0), std::atan(0.1 - 900.0 / 2e4), 1e-3);
   EXPECT_LT(flat.roughness(), 1e-3);
 }

@@ -27,9 +27,9 @@ class Skyline {
 
 struct SkylineOptions {
   int azimuths = 1440;
-  double min_range_m = 30.0;      ///< nearer ground is the DEM's errors and the rover's own place
+  double min_range_m = 30.0;  ///< nearer ground is the DEM's errors and the rover's own place
   double max_range_m = 30000.0;
-  double radius_m = 1737400.0;    ///< of the body: far ground sinks below the horizontal by d^2 / 2 r; 0: flat
+  double radius_m = 1737400.0;  ///< of the body: far ground sinks below the horizontal by d^2 / 2 r; 0: flat
 };
 
 /// Rays over the DEM from `p_map`, in steps that grow with the range. Ground beyond the DEM or in holes hides nothing.

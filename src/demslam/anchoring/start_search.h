@@ -9,8 +9,8 @@
 namespace demslam {
 
 struct StartSearchOptions {
-  GlobalFixOptions fix{.sigma_tilt_deg = 8.0};  ///< centre and radius are of the start; a heading is that of the graph's
-                                                ///< own x axis
+  GlobalFixOptions fix{.sigma_tilt_deg = 8.0};  ///< centre and radius are of the start; a heading is that of the
+                                                ///< graph's own x axis
   double length_m = 150.0;  ///< of path whose ground is searched for
   double first_m = 60.0;    ///< of path before the first search
   double every_m = 20.0;    ///< between searches

@@ -85,13 +85,20 @@ FixStatus verdict(const TerrainFix& fix, bool at_edge, const FixAcceptance& a) {
 
 std::string to_string(FixStatus status) {
   switch (status) {
-    case FixStatus::accepted: return "accepted";
-    case FixStatus::too_little_ground: return "too little ground";
-    case FixStatus::off_the_dem: return "off the DEM";
-    case FixStatus::at_window_edge: return "at the window's edge";
-    case FixStatus::ambiguous: return "ambiguous";
-    case FixStatus::misfit: return "misfit";
-    case FixStatus::too_vague: return "too vague";
+    case FixStatus::accepted:
+      return "accepted";
+    case FixStatus::too_little_ground:
+      return "too little ground";
+    case FixStatus::off_the_dem:
+      return "off the DEM";
+    case FixStatus::at_window_edge:
+      return "at the window's edge";
+    case FixStatus::ambiguous:
+      return "ambiguous";
+    case FixStatus::misfit:
+      return "misfit";
+    case FixStatus::too_vague:
+      return "too vague";
   }
   return "";
 }

@@ -9,23 +9,23 @@ namespace demslam {
 
 /// How a search decides whether it has found the one place.
 struct FixAcceptance {
-  double peak_distance_m = 10.0;    ///< every place at least this far from the best one
-  double peak_chi_square = 20.0;    ///< must fit worse by this much
-  double max_misfit = 3.0;          ///< chi-square per cell at the best place
-  int min_cells = 20;               ///< of ground
-  double max_sigma_m = 5.0;         ///< horizontal, of the result
+  double peak_distance_m = 10.0;  ///< every place at least this far from the best one
+  double peak_chi_square = 20.0;  ///< must fit worse by this much
+  double max_misfit = 3.0;        ///< chi-square per cell at the best place
+  int min_cells = 20;             ///< of ground
+  double max_sigma_m = 5.0;       ///< horizontal, of the result
 };
 
 struct SubmapOptions {
-  bool recover = false;          ///< search, and move the estimate where the search disagrees with it
-  bool factors = false;          ///< every accepted fix becomes a pose factor (instead of patches, not beside them)
-  double length_m = 100.0;       ///< of path per submap
-  double every_m = 50.0;         ///< of path between searches
-  double disagree_m = 4.0;       ///< horizontally; less is left to the other factors
-  double step_m = 2.5;           ///< of the search grid
+  bool recover = false;     ///< search, and move the estimate where the search disagrees with it
+  bool factors = false;     ///< every accepted fix becomes a pose factor (instead of patches, not beside them)
+  double length_m = 100.0;  ///< of path per submap
+  double every_m = 50.0;    ///< of path between searches
+  double disagree_m = 4.0;  ///< horizontally; less is left to the other factors
+  double step_m = 2.5;      ///< of the search grid
   double min_window_m = 30.0, max_window_m = 150.0, window_sigmas = 3.0;  ///< half the side of the search window
-  double min_window_deg = 3.0, max_window_deg = 10.0;                    ///< headings, both ways
-  double sigma_tilt_deg = 0.5;   ///< roll and pitch as the graph has them
+  double min_window_deg = 3.0, max_window_deg = 10.0;                     ///< headings, both ways
+  double sigma_tilt_deg = 0.5;                                            ///< roll and pitch as the graph has them
   FixAcceptance acceptance;
 };
 

@@ -27,11 +27,9 @@ Eigen::Matrix2d horizontal(const Pose& T_map_body, const Matrix6d& covariance) {
 }
 
 void add_pose_factor(PoseGraph& graph, std::size_t keyframe, const TerrainFix& fix) {
-  const auto noise = gtsam::noiseModel::Robust::Create(
-      gtsam::noiseModel::mEstimator::Cauchy::Create(kPoseKernelSigmas),
-      gtsam::noiseModel::Gaussian::Covariance(fix.covariance));
-  graph.add_factor(
-      boost::make_shared<gtsam::PriorFactor<gtsam::Pose3>>(keyframe, to_gtsam(fix.T_map_body), noise));
+  const auto noise = gtsam::noiseModel::Robust::Create(gtsam::noiseModel::mEstimator::Cauchy::Create(kPoseKernelSigmas),
+                                                       gtsam::noiseModel::Gaussian::Covariance(fix.covariance));
+  graph.add_factor(boost::make_shared<gtsam::PriorFactor<gtsam::Pose3>>(keyframe, to_gtsam(fix.T_map_body), noise));
 }
 
 }  // namespace
@@ -58,8 +56,8 @@ void SubmapRecovery::search(PoseGraph& graph) {
   const auto submap = build_patch(ground_.views(graph), middle, graph.T_map_body(middle), *dem_, patch_);
   if (!submap) return;
   ++report_.searched;
-  const TerrainFix fix = align_submap(*submap, graph.T_map_body(middle), graph.newest_covariance(), dem_, dem_error_,
-                                      factor_, options_);
+  const TerrainFix fix =
+      align_submap(*submap, graph.T_map_body(middle), graph.newest_covariance(), dem_, dem_error_, factor_, options_);
   if (!fix.accepted()) return;
   ++report_.accepted;
   use(graph, middle, fix);

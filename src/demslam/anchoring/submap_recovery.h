@@ -41,8 +41,8 @@ class SubmapRecovery {
   SubmapOptions options_;
   RecentGround ground_;
   double searched_at_m_ = 0.0;
-  std::size_t sure_until_ = 0;    ///< keyframe; from it on the estimate may be moved
-  std::optional<Pose> pending_;   ///< a correction that waits for its confirmation
+  std::size_t sure_until_ = 0;   ///< keyframe; from it on the estimate may be moved
+  std::optional<Pose> pending_;  ///< a correction that waits for its confirmation
   SubmapReport report_;
 };
 

@@ -74,8 +74,8 @@ std::optional<PatchCell> average(const std::vector<Sounding>& soundings, const P
   return cell;
 }
 
-std::optional<TerrainPatch> patch_over(const Dem* dem, const std::vector<PosedLandmarks>& stretch,
-                                       std::size_t keyframe, const Pose& T_map_body, const PatchOptions& options) {
+std::optional<TerrainPatch> patch_over(const Dem* dem, const std::vector<PosedLandmarks>& stretch, std::size_t keyframe,
+                                       const Pose& T_map_body, const PatchOptions& options) {
   TerrainPatch patch{.keyframe = keyframe};
   const Pose T_body_map = T_map_body.inverse();
   for (const auto& [index, soundings] : sort_into_cells(stretch, dem, options.cell_m)) {

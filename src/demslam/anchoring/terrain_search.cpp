@@ -15,7 +15,8 @@ namespace {
 
 Pose moved(const Pose& T_map_body, const Eigen::Vector2d& offset_m, double turn_rad, double climb_m) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(turn_rad, Eigen::Vector3d::UnitZ()));
-  return {turn * T_map_body.rotation(), T_map_body.translation() + Eigen::Vector3d(offset_m.x(), offset_m.y(), climb_m)};
+  return {turn * T_map_body.rotation(),
+          T_map_body.translation() + Eigen::Vector3d(offset_m.x(), offset_m.y(), climb_m)};
 }
 
 /// W with W^T W = scale (C^-1 - C^-1 A (A^T C^-1 A + prior)^-1 A^T C^-1): residuals as the best height and tilt leave
@@ -64,8 +65,8 @@ TerrainSearch::TerrainSearch(const TerrainPatch& submap, const Pose& T_map_body,
 }
 
 /// One column per position of a row: ground over DEM.
-Eigen::MatrixXf TerrainSearch::heights_above(const Eigen::Matrix2Xd& cells, const Eigen::Vector2d& first,
-                                             double step_m, int count, std::vector<bool>& covered) const {
+Eigen::MatrixXf TerrainSearch::heights_above(const Eigen::Matrix2Xd& cells, const Eigen::Vector2d& first, double step_m,
+                                             int count, std::vector<bool>& covered) const {
   Eigen::MatrixXf above = Eigen::MatrixXf::Zero(cells.cols(), count);
   covered.assign(count, true);
   for (int i = 0; i < count; ++i) {
@@ -108,10 +109,11 @@ std::vector<TerrainMatch> TerrainSearch::scan(const SearchWindow& window) const 
         TerrainMatch& match = best[static_cast<std::size_t>(row) * side + col];
         if (!covered[col] || chi_square[col] >= match.chi_square) continue;
         const double climb_m = -above.col(col).mean();
-        match.T_map_body = moved(T_map_body_, offset + Eigen::Vector2d(col * window.step_m, 0.0), turn * turn_step, climb_m);
+        match.T_map_body =
+            moved(T_map_body_, offset + Eigen::Vector2d(col * window.step_m, 0.0), turn * turn_step, climb_m);
         match.chi_square = chi_square[col];
-        match.at_edge = row == 0 || col == 0 || row == side - 1 || col == side - 1 ||
-                        (!all_round && std::abs(turn) == turns);
+        match.at_edge =
+            row == 0 || col == 0 || row == side - 1 || col == side - 1 || (!all_round && std::abs(turn) == turns);
       }
     }
   }

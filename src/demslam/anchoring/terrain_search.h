@@ -19,7 +19,7 @@ struct SearchWindow {
 struct TerrainMatch {
   Pose T_map_body;
   double chi_square = 0.0;
-  bool at_edge = false;                      ///< on the border of the searched window
+  bool at_edge = false;                     ///< on the border of the searched window
   Matrix6d information = Matrix6d::Zero();  ///< of the right perturbation, from the curvature; only when refined
 };
 
@@ -39,8 +39,8 @@ class TerrainSearch {
   std::size_t cells() const { return submap_.cells.size(); }
 
  private:
-  Eigen::MatrixXf heights_above(const Eigen::Matrix2Xd& cells, const Eigen::Vector2d& first, double step_m,
-                                int count, std::vector<bool>& covered) const;
+  Eigen::MatrixXf heights_above(const Eigen::Matrix2Xd& cells, const Eigen::Vector2d& first, double step_m, int count,
+                                std::vector<bool>& covered) const;
   Eigen::VectorXf chi_squares(const Eigen::MatrixXf& above) const;
 
   TerrainPatch submap_;

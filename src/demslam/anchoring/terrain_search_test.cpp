@@ -26,7 +26,8 @@ TerrainPatch submap_of(const Dem& ground) {
   for (int i = 0; i < 80; ++i) {
     const Eigen::Vector2d p(12.0 + random.uniform(-40.0, 40.0), -25.0 + random.uniform(-40.0, 40.0));
     const double z = *ground.height(p.x(), p.y()) + 0.1 * random.normal();
-    submap.cells.push_back({.p_body = kTruth.inverse() * Eigen::Vector3d(p.x(), p.y(), z), .variance_m2 = 0.02, .points = 8});
+    submap.cells.push_back(
+        {.p_body = kTruth.inverse() * Eigen::Vector3d(p.x(), p.y(), z), .variance_m2 = 0.02, .points = 8});
   }
   return submap;
 }
@@ -60,7 +61,8 @@ TEST(SubmapAlignment, CovarianceIsTheErrorsSize) {
   const int worlds = 12;
   for (int seed = 0; seed < worlds; ++seed) {
     const auto ground = relief(3.0, 20 + seed);
-    const DemRaster noisy = perturb(ground->raster(), {.noise_m = {.rms = 0.3, .correlation_length_m = 10.0, .seed = 90U + seed}});
+    const DemRaster noisy =
+        perturb(ground->raster(), {.noise_m = {.rms = 0.3, .correlation_length_m = 10.0, .seed = 90U + seed}});
     const TerrainFix fix = search_from(displaced({4.0, 3.0}, 0.01), 5.0, ground, std::make_shared<Dem>(noisy));
     const Eigen::Vector3d error = (fix.T_map_body.inverse() * kTruth).translation();
     chi_square += error.dot(fix.covariance.bottomRightCorner<3, 3>().inverse() * error) / (3.0 * worlds);

@@ -181,8 +181,7 @@ ConvertedDataset convert_dataset(const StereoSequence& sequence, const std::stri
   const auto writer =
       std::find_if(kWriters.begin(), kWriters.end(), [&](const Writer& w) { return w.format == format; });
   if (writer == kWriters.end()) {
-    throw Error("datasets cannot be written as '" + format +
-                "'; known are demslam, euroc, kitti and rosbag");
+    throw Error("datasets cannot be written as '" + format + "'; known are demslam, euroc, kitti and rosbag");
   }
   check_output(output);
   try {

@@ -9,7 +9,8 @@
 
 namespace demslam {
 
-/// Unit vectors towards the sun: as measured in the body and, where the file says it, as an ephemeris has it in the map.
+/// Unit vectors towards the sun: as measured in the body and, where the file says it, as an ephemeris has it in the
+/// map.
 struct SunMeasurement {
   TimestampNs t_ns = 0;
   Eigen::Vector3d sun_body = Eigen::Vector3d::UnitX();

@@ -177,8 +177,7 @@ Dem open_dem(const std::filesystem::path& file, const std::optional<std::filesys
   Dem dem = open_either_way(file, std::nullopt, Interpolation::bicubic);
   if (!sigma_file) return dem;
   const Eigen::Vector3d& origin = dem.raster().frame.origin;
-  Dem sigma =
-      open_either_way(*sigma_file, Eigen::Vector3d(origin.x(), origin.y(), 0.0), Interpolation::bilinear);
+  Dem sigma = open_either_way(*sigma_file, Eigen::Vector3d(origin.x(), origin.y(), 0.0), Interpolation::bilinear);
   if (!same_crs(dem.raster().frame, sigma.raster().frame)) {
     throw Error(sigma_file->string() + ": has another CRS than " + file.string() + "; reproject it (gdalwarp -t_srs)");
   }

@@ -55,8 +55,8 @@ DemRaster read_dem(const std::filesystem::path& file, const std::optional<Eigen:
 /// Only the cells that touch `window`, which is in the file's own map frame; nothing else is read.
 DemRaster read_dem(const std::filesystem::path& file, const MapWindow& window);
 
-/// Writes a Float32 GeoTIFF with no-data -99999 in the frame's CRS and coordinates, the map's origin and what the heights
-/// count from beside them: whole or not at all. Throws Error.
+/// Writes a Float32 GeoTIFF with no-data -99999 in the frame's CRS and coordinates, the map's origin and what the
+/// heights count from beside them: whole or not at all. Throws Error.
 void write_dem(const std::filesystem::path& file, const DemRaster& dem);
 
 /// The cells that touch `window`. Throws Error when there are none.
@@ -71,8 +71,8 @@ enum class Interpolation { bilinear, bicubic };
 
 class DemTiles;
 
-/// Interpolated view of a raster. No value outside, or where a cell of the 4 x 4 stencil is no-data. May be sampled from
-/// several threads at once.
+/// Interpolated view of a raster. No value outside, or where a cell of the 4 x 4 stencil is no-data. May be sampled
+/// from several threads at once.
 class Dem {
  public:
   explicit Dem(DemRaster raster, Interpolation interpolation = Interpolation::bicubic);
@@ -101,9 +101,9 @@ class Dem {
   std::shared_ptr<const Dem> sigma_;
 };
 
-/// Opens a DEM file for sampling: as a whole, or by tiles when it has more than 16 million cells. `sigma_file` holds the
-/// standard deviation of each height's error, on any grid in the same CRS. Throws Error as read_dem() does, and when the
-/// CRS of the two differ.
+/// Opens a DEM file for sampling: as a whole, or by tiles when it has more than 16 million cells. `sigma_file` holds
+/// the standard deviation of each height's error, on any grid in the same CRS. Throws Error as read_dem() does, and
+/// when the CRS of the two differ.
 Dem open_dem(const std::filesystem::path& file, const std::optional<std::filesystem::path>& sigma_file = std::nullopt);
 
 /// "dem_sigma.tif" beside "dem.tif", if it is there.

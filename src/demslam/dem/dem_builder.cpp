@@ -103,8 +103,8 @@ BuiltDem DemBuilder::finish(const LocalFrame& frame) const {
     const double scatter_m = cell.count >= kLeastForScatter ? cell.scatter() : usual_m;
     built.heights.at(row, col) = static_cast<float>(cell.mean);
     built.counts.at(row, col) = static_cast<float>(cell.count);
-    built.sigma.at(row, col) = static_cast<float>(
-        std::hypot(scatter_m / std::sqrt(static_cast<double>(cell.count)), options_.sigma_pose_m));
+    built.sigma.at(row, col) =
+        static_cast<float>(std::hypot(scatter_m / std::sqrt(static_cast<double>(cell.count)), options_.sigma_pose_m));
     ++built.filled;
   }
   return built;

@@ -26,9 +26,10 @@ void check_placement(const std::string& name, const GeoTransform& g) {
 /// Numbers that can only be longitudes and latitudes: cells below a centimetre, or once around the globe.
 void check_metres(const std::string& name, const GeoTransform& g, int cols) {
   if (g[1] >= kSmallestCell_m && std::abs(g[1] * cols - 360.0) > 1e-6) return;
-  throw Error(name + ": its cells of " + std::to_string(g[1]) +
-              " look like degrees where metres are meant; assign the geographic CRS it has (gdal_edit -a_srs), then cut "
-              "a part with 'demslam dem crop --center LON LAT --radius-m R'");
+  throw Error(
+      name + ": its cells of " + std::to_string(g[1]) +
+      " look like degrees where metres are meant; assign the geographic CRS it has (gdal_edit -a_srs), then cut "
+      "a part with 'demslam dem crop --center LON LAT --radius-m R'");
 }
 
 /// The horizontal CRS and the datum that the dataset states; no CRS leaves metres to the user's word.

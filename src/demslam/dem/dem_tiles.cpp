@@ -51,8 +51,8 @@ const DemRaster& DemTiles::grid() const { return state_->reader.grid(); }
 
 float DemTiles::at(int row, int col) const {
   const int tile_row = row / kSide, tile_col = col / kSide;
-  const float* tile = state_->heights[static_cast<std::size_t>(tile_row) * state_->across + tile_col].load(
-      std::memory_order_acquire);
+  const float* tile =
+      state_->heights[static_cast<std::size_t>(tile_row) * state_->across + tile_col].load(std::memory_order_acquire);
   if (tile == nullptr) tile = state_->load(tile_row, tile_col);
   return tile[static_cast<std::size_t>(row % kSide) * state_->width(tile_col) + col % kSide];
 }

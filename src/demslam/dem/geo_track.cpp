@@ -59,9 +59,8 @@ std::string geojson_track(const Trajectory& T_map_body, const LocalFrame& frame,
     collection["crs"] = {{"type", "name"}, {"properties", {{"name", geographic_crs(frame)}}}};
   }
   const Json properties = {{"name", name}, {"heights", name_of(frame.heights)}, {"timestamps_s", stamps}};
-  collection["features"] = {{{"type", "Feature"},
-                             {"properties", properties},
-                             {"geometry", {{"type", "LineString"}, {"coordinates", line}}}}};
+  collection["features"] = {
+      {{"type", "Feature"}, {"properties", properties}, {"geometry", {{"type", "LineString"}, {"coordinates", line}}}}};
   return collection.dump(1) + "\n";
 }
 

@@ -82,7 +82,8 @@ std::string crs_wkt_of(const std::string& user_input) {
   const QuietGdal quiet;
   OGRSpatialReference crs;
   if (crs.SetFromUserInput(user_input.c_str()) != OGRERR_NONE) {
-    throw Error("'" + user_input + "' is no CRS that PROJ knows; give a code like EPSG:32633 or IAU_2015:30135, or WKT");
+    throw Error("'" + user_input +
+                "' is no CRS that PROJ knows; give a code like EPSG:32633 or IAU_2015:30135, or WKT");
   }
   return wkt_of(crs);
 }

@@ -29,8 +29,7 @@ double quantile(std::vector<float>& values, double fraction) {
 class Sum {
  public:
   explicit Sum(const DemRaster& grid)
-      : origin_m_(grid.frame.origin.z()),
-        stride_(static_cast<std::int64_t>(grid.rows) * grid.cols / kMostSlopes + 1) {}
+      : origin_m_(grid.frame.origin.z()), stride_(static_cast<std::int64_t>(grid.rows) * grid.cols / kMostSlopes + 1) {}
 
   /// Rows `begin` to `end` of a strip; the rows about them are their neighbours.
   void add(const DemRaster& strip, int begin, int end) {

@@ -12,7 +12,8 @@ namespace demslam {
 struct DemStatistics {
   std::size_t cells = 0, holes = 0;
   double min_m = 0.0, max_m = 0.0, mean_m = 0.0;
-  /// Central differences, where all four neighbours exist; of a raster with more than 4 million cells, a sample of them.
+  /// Central differences, where all four neighbours exist; of a raster with more than 4 million cells, a sample of
+  /// them.
   double slope_median_deg = 0.0, slope_p95_deg = 0.0;
 
   double hole_fraction() const { return cells == 0 ? 0.0 : static_cast<double>(holes) / static_cast<double>(cells); }

@@ -29,9 +29,9 @@ struct PoseError {
 struct Evaluation {
   Alignment alignment = Alignment::none;
   RpeOptions rpe_options;
-  std::size_t poses = 0;       ///< pairs compared
+  std::size_t poses = 0;        ///< pairs compared
   double clock_offset_s = 0.0;  ///< that was added to the estimate's stamps
-  double path_length_m = 0.0;  ///< of the truth at its own rate, from the first pair to the last
+  double path_length_m = 0.0;   ///< of the truth at its own rate, from the first pair to the last
 
   ErrorStatistics ate;                           ///< under `alignment`
   ErrorStatistics ate_horizontal, ate_vertical;  ///< its parts, the truth's z being up

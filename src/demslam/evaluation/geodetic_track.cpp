@@ -71,7 +71,8 @@ struct CsvColumns {
 };
 
 bool has_any(const std::string& name, std::initializer_list<const char*> parts) {
-  return std::any_of(parts.begin(), parts.end(), [&](const char* part) { return name.find(part) != std::string::npos; });
+  return std::any_of(parts.begin(), parts.end(),
+                     [&](const char* part) { return name.find(part) != std::string::npos; });
 }
 
 CsvColumns columns_of(const std::string& text) {

@@ -63,7 +63,8 @@ constexpr double kUncorrelated = 0.1;
 /// Columns are whitened errors, one per pose.
 double effective_poses(const Eigen::MatrixXd& whitened) {
   const Eigen::Index n = whitened.cols();
-  const Eigen::Index stride = (n + static_cast<Eigen::Index>(kMostSamples) - 1) / static_cast<Eigen::Index>(kMostSamples);
+  const Eigen::Index stride =
+      (n + static_cast<Eigen::Index>(kMostSamples) - 1) / static_cast<Eigen::Index>(kMostSamples);
   Eigen::MatrixXd u(whitened.rows(), (n + stride - 1) / stride);
   for (Eigen::Index i = 0; i < u.cols(); ++i) u.col(i) = whitened.col(i * stride);
   const double power = u.squaredNorm() / static_cast<double>(u.cols());

@@ -20,9 +20,10 @@ struct NeesMean {
 /// itself, below too timid.
 ///
 /// The band allows for the correlation within the run: whitened errors u have the autocorrelation rho_k = mean(u_i .
-/// u_(i+k)) / mean(u . u), about zero since an honest error has no mean; squares of Gaussian variables are correlated by
-/// rho_k^2, and n of them are worth n / (1 + 2 sum_k rho_k^2) independent ones, the sum taken up to the first rho_k below
-/// 0.1. The band is chi-square with that many times the degrees of freedom. A run that drifts one way is worth one pose.
+/// u_(i+k)) / mean(u . u), about zero since an honest error has no mean; squares of Gaussian variables are correlated
+/// by rho_k^2, and n of them are worth n / (1 + 2 sum_k rho_k^2) independent ones, the sum taken up to the first rho_k
+/// below 0.1. The band is chi-square with that many times the degrees of freedom. A run that drifts one way is worth
+/// one pose.
 struct Nees {
   std::vector<double> per_pose;
   NeesMean position, horizontal{.degrees_of_freedom = 2}, vertical{.degrees_of_freedom = 1};

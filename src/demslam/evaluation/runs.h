@@ -17,8 +17,8 @@ namespace demslam {
 /// ground_truth_tum.txt (EuRoC, TUM-VI). Nothing when there is none.
 std::optional<std::filesystem::path> find_truth(const std::filesystem::path& dataset_or_run);
 
-/// The truth that is meant: the given file, the one found with a given dataset, else with the run. Nothing when there is
-/// none.
+/// The truth that is meant: the given file, the one found with a given dataset, else with the run. Nothing when there
+/// is none.
 std::optional<std::filesystem::path> truth_file(const std::filesystem::path& run_or_trajectory,
                                                 const std::optional<std::filesystem::path>& given);
 

@@ -78,8 +78,7 @@ class Drive {
 
   void see_sun(std::size_t keyframe) {
     since_sun_m_ = 0.0;
-    graph_.add_factor(
-        sun_factor(keyframe, traverse_.sun_map, traverse_.sun_body[keyframe], estimator_.sun_sigma_deg));
+    graph_.add_factor(sun_factor(keyframe, traverse_.sun_map, traverse_.sun_body[keyframe], estimator_.sun_sigma_deg));
   }
 
   const Traverse& traverse_;
@@ -105,9 +104,7 @@ Estimator full_gradient() {
   return estimator;
 }
 
-Estimator full_gradient_states() {
-  return {.name = "gated full gradient + states", .systematic = {.enabled = true}};
-}
+Estimator full_gradient_states() { return {.name = "gated full gradient + states", .systematic = {.enabled = true}}; }
 
 Estimator terrain_patches() {
   Estimator estimator{.name = "patches + states", .systematic = {.enabled = true}};
@@ -147,9 +144,8 @@ Estimator with_sun(Estimator estimator) {
 }
 
 std::vector<Estimator> terrain_estimators() {
-  return {odometry_only(),   published_factors(), full_gradient(), full_gradient_states(),
-          terrain_patches(), filtered_patches(),  submaps(),       everything(),
-          with_sun(odometry_only()), with_sun(everything())};
+  return {odometry_only(),    published_factors(), full_gradient(), full_gradient_states(),    terrain_patches(),
+          filtered_patches(), submaps(),           everything(),    with_sun(odometry_only()), with_sun(everything())};
 }
 
 EstimateScore estimate(const Traverse& traverse, const Estimator& estimator) {

@@ -15,7 +15,7 @@ struct Estimator {
   bool anchored = true;
   AnchoringOptions anchoring;
   SystematicOptions systematic;
-  bool sun = false;                ///< the measured sun direction, every
+  bool sun = false;  ///< the measured sun direction, every
   double sun_every_m = 10.0;
   double sun_sigma_deg = 0.3;
   double window_m = 100.0;         ///< path that is optimised while driving

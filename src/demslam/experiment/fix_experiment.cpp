@@ -18,10 +18,14 @@ constexpr std::uint64_t kTrialStream = 101;
 
 const char* name_of(Relief relief) {
   switch (relief) {
-    case Relief::flat: return "flat";
-    case Relief::mare: return "mare";
-    case Relief::mid: return "mid";
-    case Relief::highland: return "highland";
+    case Relief::flat:
+      return "flat";
+    case Relief::mare:
+      return "mare";
+    case Relief::mid:
+      return "mid";
+    case Relief::highland:
+      return "highland";
   }
   return "";
 }
@@ -162,9 +166,9 @@ std::vector<FixRow> fix_experiment(const FixExperiment& experiment, const Progre
 }
 
 Table fix_table(const std::vector<FixRow>& rows) {
-  Table table{.title = "Searches for submaps; wrong: accepted and more than 5 m off",
-              .header = {"relief", "start off by", "trials", "accepted", "wrong", "median error [m]", "worst [m]",
-                         "NIS"}};
+  Table table{
+      .title = "Searches for submaps; wrong: accepted and more than 5 m off",
+      .header = {"relief", "start off by", "trials", "accepted", "wrong", "median error [m]", "worst [m]", "NIS"}};
   for (const FixRow& r : rows) {
     table.rows.push_back({r.relief, r.start, std::to_string(r.trials), std::to_string(r.accepted),
                           std::to_string(r.wrong), fmt::format("{:.2f}", r.median_error_m),

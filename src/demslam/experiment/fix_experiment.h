@@ -30,7 +30,7 @@ struct FixExperiment {
 struct FixRow {
   std::string relief, start;
   int trials = 0, accepted = 0;
-  int wrong = 0;  ///< accepted, and more than 5 m off
+  int wrong = 0;                                     ///< accepted, and more than 5 m off
   double median_error_m = 0.0, worst_error_m = 0.0;  ///< horizontal, of the accepted ones
   double mean_nis = 0.0;                             ///< of their horizontal errors, per degree of freedom
 };

@@ -138,7 +138,8 @@ std::vector<std::pair<std::size_t, Pose>> Liar::at(const PoseGraph& graph) {
     const std::size_t i = old_keyframe(j);
     const bool within_reach = groups_ % 2 == 0;  // half of them where the graph may just believe it, half anywhere
     const Pose T_i_j = within_reach ? off_by(graph, i, random_.uniform(0.3, 1.5) * kGate) : anywhere_in_view();
-    open_.push_back({i, truth_[i] * T_i_j * truth_[j].inverse(), sizes_[static_cast<std::size_t>(groups_) % sizes_.size()]});
+    open_.push_back(
+        {i, truth_[i] * T_i_j * truth_[j].inverse(), sizes_[static_cast<std::size_t>(groups_) % sizes_.size()]});
     ++groups_;
   }
   for (Group& group : open_) {
@@ -293,8 +294,9 @@ std::vector<LoopsRun> loops_experiment(const LoopsExperiment& experiment, const 
 Table loops_table(const std::vector<LoopsRun>& runs) {
   Table table;
   table.title = "Runs with false loop closures against the same runs without; positions, no alignment.";
-  table.header = {"run",           "false",           "past the gate", "accepted",       "left at the end", "true accepted",
-                  "true left",     "without false",   "ATE [m]",       "ATE without [m]", "estimates apart [m]"};
+  table.header = {
+      "run",       "false",         "past the gate", "accepted",        "left at the end",    "true accepted",
+      "true left", "without false", "ATE [m]",       "ATE without [m]", "estimates apart [m]"};
   for (const LoopsRun& r : runs) {
     table.rows.push_back({fmt::format("{}, seed {}", r.anchored ? "anchored" : "odometry", r.seed),
                           std::to_string(r.injected), std::to_string(r.plausible), std::to_string(r.false_accepted),

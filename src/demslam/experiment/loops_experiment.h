@@ -28,7 +28,7 @@ struct LoopsRun {
   bool anchored = false;
   std::uint64_t seed = 0;
   double ate_clean_m = 0.0, ate_m = 0.0;
-  double apart_m = 0.0;  ///< RMS distance between the two estimates
+  double apart_m = 0.0;                    ///< RMS distance between the two estimates
   int injected = 0, plausible = 0;         ///< false ones, and those that passed the gate
   int false_accepted = 0, false_left = 0;  ///< ever, and on at the end
   int true_accepted = 0, true_left = 0, true_accepted_clean = 0;

@@ -10,12 +10,13 @@
 namespace demslam {
 namespace {
 
-/// A map that shows the relief well, and (seed 6) ground that has some: what is tested is the search. How often the ground
-/// has enough of it is for `demslam experiment fixes` to say.
+/// A map that shows the relief well, and (seed 6) ground that has some: what is tested is the search. How often the
+/// ground has enough of it is for `demslam experiment fixes` to say.
 const OrbitalDem kGoodDem{.noise_rms_m = 0.2};
 
 TEST(SubmapRecovery, BringsARoverBackThatBelievesToStartTwentyMetresAway) {
-  const Traverse traverse = make_traverse({.length_m = 200.0, .dem = kGoodDem, .start_error_m = 20.0, .start_error_deg = 2.0, .seed = 6});
+  const Traverse traverse =
+      make_traverse({.length_m = 200.0, .dem = kGoodDem, .start_error_m = 20.0, .start_error_deg = 2.0, .seed = 6});
   EXPECT_GT(estimate(traverse, odometry_only()).horizontal_m, 10.0);
   const EstimateScore found = estimate(traverse, everything());
   EXPECT_GE(found.anchoring.submaps.moved, 1);
@@ -30,7 +31,10 @@ TEST(SubmapRecovery, LeavesAGoodEstimateAlone) {
 }
 
 TEST(FixExperiment, CountsNoWrongFixOnHighlandAndMare) {
-  const auto rows = fix_experiment({.reliefs = {Relief::highland, Relief::mare}, .traverse = {.length_m = 300.0, .dem = kGoodDem}, .start_errors_m = {20.0}, .seeds = 2});
+  const auto rows = fix_experiment({.reliefs = {Relief::highland, Relief::mare},
+                                    .traverse = {.length_m = 300.0, .dem = kGoodDem},
+                                    .start_errors_m = {20.0},
+                                    .seeds = 2});
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_GT(rows[0].accepted, 0);
   for (const FixRow& row : rows) EXPECT_EQ(row.wrong, 0) << row.relief;
@@ -74,7 +78,8 @@ TEST(StartSearch, FindsWhereADriveWithoutAStartTookPlace) {
 }
 
 TEST(StartSearch, SaysNothingOnTheDemOfAnotherPlace) {
-  const Traverse traverse = make_traverse({.length_m = 120.0, .seed = 9}), other = make_traverse({.length_m = 120.0, .seed = 10});
+  const Traverse traverse = make_traverse({.length_m = 120.0, .seed = 9}),
+                 other = make_traverse({.length_m = 120.0, .seed = 10});
   EXPECT_FALSE(way_into_the_map(traverse, unplaced(traverse), std::make_shared<Dem>(other.dem), {-40.0, 0.0}, 0.0));
 }
 
@@ -87,7 +92,8 @@ TEST(Observability, PredictsTheSizeOfTheErrorsWithinAFactorOfThree) {
     ObservabilityOptions options{.start_sigma_m = 0.01, .start_sigma_deg = 0.01};
     options.anchoring = filtered_patches().anchoring;
     const auto predicted = predict_along(route, std::make_shared<Dem>(traverse.dem), options);
-    for (const PredictedPose& p : predicted) predicted2 += std::pow(p.horizontal_after_m, 2) / (4.0 * static_cast<double>(predicted.size()));
+    for (const PredictedPose& p : predicted)
+      predicted2 += std::pow(p.horizontal_after_m, 2) / (4.0 * static_cast<double>(predicted.size()));
     measured2 += std::pow(estimate(traverse, filtered_patches()).horizontal_m, 2) / 4.0;
   }
   EXPECT_GT(std::sqrt(predicted2), std::sqrt(measured2) / 3.0);

@@ -29,8 +29,8 @@ struct ExperimentRow {
   double median_ate_m = 0.0, worst_ate_m = 0.0;
   double median_horizontal_m = 0.0, median_vertical_m = 0.0, median_end_m = 0.0;
   double mean_nees = 0.0, median_nees = 0.0, worst_nees = 0.0;  ///< per degree of freedom
-  double nees_low = 0.0, nees_high = 0.0;  ///< 95 % band of the mean over as many independent runs
-  double median_ms_per_keyframe = 0.0;     ///< wall clock; zero for seeds of an earlier process
+  double nees_low = 0.0, nees_high = 0.0;                       ///< 95 % band of the mean over as many independent runs
+  double median_ms_per_keyframe = 0.0;                          ///< wall clock; zero for seeds of an earlier process
 };
 
 /// One row per scene and estimator, in their order. `store`, if any, keeps and gives back finished seeds. When

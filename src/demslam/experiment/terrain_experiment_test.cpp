@@ -10,9 +10,7 @@ namespace demslam {
 namespace {
 
 TerrainExperiment small_experiment() {
-  return {.scenes = {{"small", {.length_m = 60.0}}},
-          .estimators = {odometry_only(), published_factors()},
-          .seeds = 5};
+  return {.scenes = {{"small", {.length_m = 60.0}}}, .estimators = {odometry_only(), published_factors()}, .seeds = 5};
 }
 
 TEST(Estimators, TheMoreOfTheTerrainTheyUseTheBetterTheyKnowWhereTheyAre) {
@@ -88,7 +86,8 @@ TEST(TerrainExperiment, FinishedSeedsAreNotDrivenAgain) {
 TEST(TerrainExperiment, MarkdownBeginsWithAColumnPerScene) {
   const std::vector<ExperimentRow> rows = {{.scene = "a", .estimator = "x", .median_ate_m = 1.0},
                                            {.scene = "b", .estimator = "x", .median_ate_m = 2.0}};
-  EXPECT_THAT(experiment_markdown(rows), testing::HasSubstr("| estimator | a | b |\n| --- | --- | --- |\n| x | 1.00 | 2.00 |"));
+  EXPECT_THAT(experiment_markdown(rows),
+              testing::HasSubstr("| estimator | a | b |\n| --- | --- | --- |\n| x | 1.00 | 2.00 |"));
 }
 
 }  // namespace

@@ -58,7 +58,8 @@ void add_variations(const TerrainScene& nominal, std::vector<TerrainScene>& scen
 std::vector<TerrainScene> terrain_scenes() {
   std::vector<TerrainScene> scenes;
   for (const auto& [length_m, length_name] : kLengths) {
-    for (const auto& [relief, relief_name] : kReliefs) scenes.push_back(lanes(relief, relief_name, length_m, length_name));
+    for (const auto& [relief, relief_name] : kReliefs)
+      scenes.push_back(lanes(relief, relief_name, length_m, length_name));
   }
   scenes.insert(scenes.end() - std::ssize(kReliefs), crater_loop());
   return scenes;

@@ -17,7 +17,8 @@ struct TerrainScene {
 std::vector<TerrainScene> terrain_scenes();
 /// 378 m and 1.19 km of highland and mare, and the loop.
 std::vector<TerrainScene> quick_terrain_scenes();
-/// 1.19 km over highland and mare while one thing at a time is worse: the DEM's cells, noise, bias and shift, the start.
+/// 1.19 km over highland and mare while one thing at a time is worse: the DEM's cells, noise, bias and shift, the
+/// start.
 std::vector<TerrainScene> sensitivity_scenes();
 
 }  // namespace demslam

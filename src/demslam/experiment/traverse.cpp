@@ -19,7 +19,14 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kLaneSpacing = 200.0, kLongestLane = 1500.0, kMargin = 120.0;  // metres
 
 // Random streams of one seed.
-enum Stream : std::uint64_t { kRouteStream = 1, kOdometryStream, kLandmarkStream, kStartStream, kSunStream, kDemStream };
+enum Stream : std::uint64_t {
+  kRouteStream = 1,
+  kOdometryStream,
+  kLandmarkStream,
+  kStartStream,
+  kSunStream,
+  kDemStream
+};
 
 Vector6d random_twist(Random& random, double rotation_sigma, double translation_sigma) {
   Vector6d xi;
@@ -137,7 +144,8 @@ KeyframeLandmarks seen_from(const Terrain& terrain, const Pose& T_map_left, int 
 void believe_start(Traverse& traverse, const TraverseOptions& options) {
   constexpr double kSigma_m = 0.01, kSigma_rad = 0.01 * kRadPerDeg;
   Random random(options.seed, kStartStream);
-  const double direction = random.uniform(0.0, 2.0 * std::numbers::pi), error_rad = options.start_error_deg * kRadPerDeg;
+  const double direction = random.uniform(0.0, 2.0 * std::numbers::pi),
+               error_rad = options.start_error_deg * kRadPerDeg;
   const Pose& truth = traverse.T_map_body.front();
   const Eigen::AngleAxisd turn(random.uniform() < 0.5 ? error_rad : -error_rad, Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d away(std::cos(direction), std::sin(direction), 0.0);

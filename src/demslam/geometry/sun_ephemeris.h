@@ -19,7 +19,8 @@ double julian_day(std::string_view utc);
 /// Compared with Meeus' example 53.a (1992) and with the sun published for two Apollo sites (1969): within 0.05 degree.
 SubsolarPoint subsolar_point(double julian_day);
 
-/// Unit vector to the sun in Moon-fixed axes (x: 0 E 0 N, z: North pole). Its parallax across the Moon is below 0.001 degree.
+/// Unit vector to the sun in Moon-fixed axes (x: 0 E 0 N, z: North pole). Its parallax across the Moon is below 0.001
+/// degree.
 Eigen::Vector3d sun_direction(double julian_day);
 
 /// Unit vector to the sun in the East-North-Up axes of a place (planetocentric, radians).

@@ -26,8 +26,7 @@ gtsam::Matrix CliqueCovariance::block(gtsam::Key a, gtsam::Key b) const {
 CliqueCovariance::CliqueCovariance(const gtsam::GaussianConditional& conditional) {
   lay_out(conditional);
   const gtsam::Matrix R = conditional.R();
-  const gtsam::Matrix R_inverse =
-      R.triangularView<Eigen::Upper>().solve(gtsam::Matrix::Identity(R.rows(), R.cols()));
+  const gtsam::Matrix R_inverse = R.triangularView<Eigen::Upper>().solve(gtsam::Matrix::Identity(R.rows(), R.cols()));
   covariance_.topLeftCorner(R.rows(), R.cols()) = R_inverse * R_inverse.transpose();
 }
 
@@ -41,8 +40,8 @@ CliqueCovariance::CliqueCovariance(const gtsam::GaussianConditional& conditional
       covariance_.block(rows.begin, cols.begin, rows.size, cols.size) = parent.block(*a, *b);
     }
   }
-  const gtsam::Matrix gain = -gtsam::Matrix(conditional.R()).triangularView<Eigen::Upper>().solve(
-      gtsam::Matrix(conditional.S()));
+  const gtsam::Matrix gain =
+      -gtsam::Matrix(conditional.R()).triangularView<Eigen::Upper>().solve(gtsam::Matrix(conditional.S()));
   const gtsam::Matrix of_separator = covariance_.bottomRightCorner(separator, separator);
   const gtsam::Matrix cross = gain * of_separator;
   covariance_.topRightCorner(frontal, separator) = cross;

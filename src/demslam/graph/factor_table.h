@@ -11,7 +11,8 @@ namespace demslam {
 /// Keyframes are their own index; every other variable is a gtsam::Symbol.
 inline bool is_keyframe(gtsam::Key key) { return gtsam::Symbol(key).chr() == 0; }
 
-/// The factors of a pose graph, each under the oldest keyframe it speaks of, so that a stretch of path can be taken out.
+/// The factors of a pose graph, each under the oldest keyframe it speaks of, so that a stretch of path can be taken
+/// out.
 class FactorTable {
  public:
   using Factor = gtsam::NonlinearFactor::shared_ptr;

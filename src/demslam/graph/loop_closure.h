@@ -21,10 +21,10 @@ struct LoopOptions {
   int min_inliers = 25;
   double gate = 22.46;  ///< chi-square of 6 degrees of freedom, 99.9 %: against the graph, and between two loops
   double sigma_floor_m = 0.02,
-         sigma_floor_deg = 0.1;  ///< added to the measured covariance: matched points share errors
-  int confirming_keyframes = 3;  ///< a loop counts once loops of this many keyframes agree, its own included,
-  double confirming_path_m = 4.0;  ///< along at least this much path: no single view, however often it is taken for
-                                   ///< another, closes a loop
+         sigma_floor_deg = 0.1;       ///< added to the measured covariance: matched points share errors
+  int confirming_keyframes = 3;       ///< a loop counts once loops of this many keyframes agree, its own included,
+  double confirming_path_m = 4.0;     ///< along at least this much path: no single view, however often it is taken for
+                                      ///< another, closes a loop
   double confirming_radius_m = 20.0;  ///< and at most this much
   double agreement_gate = 12.59;      ///< chi-square between two loops that agree, 95 %
   double spacing_m = 5.0;             ///< path after accepted loops without trying for others
@@ -48,8 +48,8 @@ struct LoopResult {
   int inliers = 0;
 };
 
-/// Every candidate is proposed; of those the images verify, each ends up accepted, rejected (at once or unconfirmed), or
-/// still waits. `rejected_later`: accepted, and switched off at present.
+/// Every candidate is proposed; of those the images verify, each ends up accepted, rejected (at once or unconfirmed),
+/// or still waits. `rejected_later`: accepted, and switched off at present.
 struct LoopCounters {
   int proposed = 0, verified = 0, accepted = 0, rejected = 0, rejected_later = 0;
 };
@@ -68,10 +68,10 @@ using AppearanceSource = std::function<std::vector<std::size_t>(std::size_t keyf
 
 /// Loop closure that prefers none to a false one. Old keyframes near the newest one by the present estimate and its
 /// covariance (or, where three sigma exceed the largest radius, those that look like it) are verified by their images;
-/// what is plausible waits until other keyframes' loops agree with it, pairwise, through the odometry between them. Such
-/// a group enters the graph if the graph believes it and no group in it contradicts it, or if it outnumbers those that
-/// do, together with earlier groups that were refused; then those are switched off. The caller optimises; the graph may
-/// still switch single loops off.
+/// what is plausible waits until other keyframes' loops agree with it, pairwise, through the odometry between them.
+/// Such a group enters the graph if the graph believes it and no group in it contradicts it, or if it outnumbers those
+/// that do, together with earlier groups that were refused; then those are switched off. The caller optimises; the
+/// graph may still switch single loops off.
 class LoopClosure {
  public:
   LoopClosure(const LoopOptions& options, const Pose& T_body_left, LoopVerifier verify,
@@ -116,12 +116,12 @@ class LoopClosure {
   LoopVerifier verify_;
   AppearanceSource appearance_;
   LoopCounters counters_;
-  KeyframeGrid grid_;  ///< of keyframes far enough behind
+  KeyframeGrid grid_;                                     ///< of keyframes far enough behind
   std::size_t indexed_ = 0, batches_ = 0, reviewed_ = 0;  ///< batches: of the graph, when last looked at
   std::vector<Candidate> candidates_;
-  std::vector<std::size_t> waiting_;      ///< candidates not yet in a group
+  std::vector<std::size_t> waiting_;       ///< candidates not yet in a group
   std::vector<Group> accepted_, refused_;  ///< in the order of their confirmation
-  double quiet_until_m_ = 0.0;  ///< path
+  double quiet_until_m_ = 0.0;             ///< path
 };
 
 }  // namespace demslam

@@ -130,12 +130,13 @@ TEST_F(Square, AFalseGroupIsSwitchedOffOnceTrueOnesOutnumberIt) {
 
 TEST_F(Square, WhenThePositionSaysTooLittleItAsksTheAppearance) {
   std::vector<std::size_t> asked;
-  LoopClosure closure({.radius_m = 0.1, .max_radius_m = 0.1}, kBodyLeft,
-                      [&](std::size_t i, std::size_t, const Pose&) {
-                        asked.push_back(i);
-                        return Motion{};
-                      },
-                      [](std::size_t keyframe) { return std::vector<std::size_t>{7, keyframe - 1, 12}; });
+  LoopClosure closure(
+      {.radius_m = 0.1, .max_radius_m = 0.1}, kBodyLeft,
+      [&](std::size_t i, std::size_t, const Pose&) {
+        asked.push_back(i);
+        return Motion{};
+      },
+      [](std::size_t keyframe) { return std::vector<std::size_t>{7, keyframe - 1, 12}; });
   closure.close(graph_);
   EXPECT_THAT(asked, testing::ElementsAre(7, 12));
 }

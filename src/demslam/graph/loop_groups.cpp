@@ -20,8 +20,8 @@ auto latest(const Groups& groups) {
 
 bool LoopClosure::agree(const PoseGraph& graph, std::size_t a, std::size_t b) const {
   const RelativePose &m = candidates_[a].result.measurement, &o = candidates_[b].result.measurement;
-  const double apart_m = std::max(std::abs(graph.path_m(m.i) - graph.path_m(o.i)),
-                                  std::abs(graph.path_m(m.j) - graph.path_m(o.j)));
+  const double apart_m =
+      std::max(std::abs(graph.path_m(m.i) - graph.path_m(o.i)), std::abs(graph.path_m(m.j) - graph.path_m(o.j)));
   return apart_m <= options_.confirming_radius_m && loops_apart(graph, m, o) <= options_.agreement_gate;
 }
 
@@ -73,9 +73,9 @@ void LoopClosure::decide(PoseGraph& graph, Group group, std::vector<LoopResult>&
   if (against.empty() && !believed) return refuse(group, "the graph does not believe it", changed);
   if (against.empty()) return accept(graph, group, changed);
   for (auto other = latest(refused_); other != refused_.end(); ++other) {
-    const bool agrees_with_all = !contradict(graph, group, *other) && std::ranges::all_of(allies, [&](std::size_t ally) {
-      return !contradict(graph, refused_[ally], *other);
-    });
+    const bool agrees_with_all =
+        !contradict(graph, group, *other) &&
+        std::ranges::all_of(allies, [&](std::size_t ally) { return !contradict(graph, refused_[ally], *other); });
     if (!agrees_with_all) continue;
     allies.push_back(static_cast<std::size_t>(other - refused_.begin()));
     number_for += other->size();

@@ -24,8 +24,7 @@ TEST(OdometryChain, TheCovarianceBetweenAnyTwoIsThatOfTheMotionsInBetween) {
   const Matrix4d systematic = Vector4d(1e-4, 1e-8, 1e-8, 1e-8).asDiagonal();
   for (const auto& [a, b] : {std::pair<std::size_t, std::size_t>{0, 99}, {3, 4}, {15, 16}, {16, 80}, {31, 33}}) {
     const CompoundMotion motion = chain.compound(a, b, Vector4d::Zero());
-    const Matrix6d expected =
-        motion.covariance + motion.by_systematic * systematic * motion.by_systematic.transpose();
+    const Matrix6d expected = motion.covariance + motion.by_systematic * systematic * motion.by_systematic.transpose();
     EXPECT_TRUE(chain.covariance(a, b, systematic)->isApprox(expected, 1e-6)) << a << " to " << b;
   }
 }

@@ -51,15 +51,16 @@ std::size_t PoseGraph::State::stretch_after(std::size_t keyframe) {
   if (stretches == 0) {
     const Vector4d sigmas = systematic_sigmas(s.scale_sigma, s.rotation_sigma_deg_per_m);
     systematic_covariance = sigmas.cwiseAbs2().asDiagonal();
-    factors.add(boost::make_shared<gtsam::PriorFactor<gtsam::Vector4>>(
-                    key, gtsam::Vector4(gtsam::Vector4::Zero()), gtsam::noiseModel::Diagonal::Sigmas(sigmas)),
+    factors.add(boost::make_shared<gtsam::PriorFactor<gtsam::Vector4>>(key, gtsam::Vector4(gtsam::Vector4::Zero()),
+                                                                       gtsam::noiseModel::Diagonal::Sigmas(sigmas)),
                 keyframe);
   } else {
     const double sqrt_km = std::sqrt(1e-3 * s.stretch_m);
-    factors.add(boost::make_shared<gtsam::BetweenFactor<gtsam::Vector4>>(
-                    systematic_key(stretches - 1), key, gtsam::Vector4(gtsam::Vector4::Zero()),
-                    systematic_noise(s.scale_walk_per_sqrt_km * sqrt_km, s.rotation_walk_deg_per_m_per_sqrt_km * sqrt_km)),
-                keyframe);
+    factors.add(
+        boost::make_shared<gtsam::BetweenFactor<gtsam::Vector4>>(
+            systematic_key(stretches - 1), key, gtsam::Vector4(gtsam::Vector4::Zero()),
+            systematic_noise(s.scale_walk_per_sqrt_km * sqrt_km, s.rotation_walk_deg_per_m_per_sqrt_km * sqrt_km)),
+        keyframe);
   }
   return stretches++;
 }
@@ -88,8 +89,8 @@ FactorTable::Factor PoseGraph::State::link(std::size_t a, std::size_t b) const {
     return boost::make_shared<gtsam::BetweenFactor<gtsam::Pose3>>(a, b, to_gtsam(motion.T_a_b), noise);
   if (b == a + 1)
     return boost::make_shared<SystematicOdometryFactor>(a, b, systematic_key(stretch), chain.measured(b), noise);
-  return boost::make_shared<CompoundOdometryFactor>(a, b, systematic_key(stretch), motion.T_a_b, motion.by_systematic, s,
-                                                    noise);
+  return boost::make_shared<CompoundOdometryFactor>(a, b, systematic_key(stretch), motion.T_a_b, motion.by_systematic,
+                                                    s, noise);
 }
 
 gtsam::NonlinearFactorGraph PoseGraph::State::problem() const {
@@ -143,7 +144,8 @@ void PoseGraph::add_factor(const boost::shared_ptr<gtsam::NonlinearFactor>& fact
 
 void PoseGraph::add_prior(std::size_t keyframe, const Pose& T_map_body, const Matrix6d& covariance) {
   State& s = *state_;
-  if (!s.tied.at(keyframe) && (s.known.empty() || s.known.back().keyframe < keyframe)) s.known.push_back({keyframe, covariance});
+  if (!s.tied.at(keyframe) && (s.known.empty() || s.known.back().keyframe < keyframe))
+    s.known.push_back({keyframe, covariance});
   s.tied[keyframe] = true;
   s.add(boost::make_shared<gtsam::PriorFactor<gtsam::Pose3>>(keyframe, to_gtsam(T_map_body), gaussian(covariance)));
 }

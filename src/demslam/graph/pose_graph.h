@@ -61,10 +61,10 @@ struct OptimizerReport {
 /// Loop and unary factors carry robust kernels of their own; a factor knows its keyframes by index (gtsam::Key ==
 /// index). Same calls, same bytes, whatever the number of threads.
 ///
-/// For the long run: optimize_window() or optimize_recent() while driving, at a cost that does not grow. What leaves the
-/// window is condensed for the window's sake, and folded for the batch's: of the keyframes behind it only those that
-/// carry more than odometry stay variables, the others follow from them. Nothing is lost: a factor on a folded keyframe
-/// makes it a variable again.
+/// For the long run: optimize_window() or optimize_recent() while driving, at a cost that does not grow. What leaves
+/// the window is condensed for the window's sake, and folded for the batch's: of the keyframes behind it only those
+/// that carry more than odometry stay variables, the others follow from them. Nothing is lost: a factor on a folded
+/// keyframe makes it a variable again.
 class PoseGraph {
  public:
   explicit PoseGraph(const PoseGraphOptions& options = {});
@@ -102,7 +102,7 @@ class PoseGraph {
   std::size_t loops() const;      ///< all that were added
   bool loop_is_on(std::size_t loop) const;
   void switch_loop(std::size_t loop, bool on);
-  std::size_t batches() const;  ///< how often everything may have moved
+  std::size_t batches() const;                ///< how often everything may have moved
   double path_m(std::size_t keyframe) const;  ///< measured by odometry, since keyframe 0
   const Pose& T_map_body(std::size_t keyframe) const;
   Eigen::Vector3d shared(std::uint64_t key) const;

@@ -97,7 +97,8 @@ std::vector<Matrix6d> PoseGraph::covariances(const std::vector<std::size_t>& key
   const State& s = *state_;
   s.check_tied();
   Marginals marginals;
-  for (const std::size_t k : keyframes) s.folded.at(k) ? (void)marginals.across[s.held_before(k)] : (void)marginals.of[k];
+  for (const std::size_t k : keyframes)
+    s.folded.at(k) ? (void)marginals.across[s.held_before(k)] : (void)marginals.of[k];
   const auto keep_across = [&](const CliqueCovariance& covariance, std::size_t a) {
     const auto wanted = marginals.across.find(a);
     if (wanted == marginals.across.end()) return;

@@ -6,7 +6,7 @@
 namespace demslam {
 namespace {
 
-constexpr std::size_t kLongest = 100;   // keyframes compounded into one motion
+constexpr std::size_t kLongest = 100;    // keyframes compounded into one motion
 constexpr double kLongestPath_m = 50.0;  // and their path
 
 }  // namespace

@@ -14,7 +14,8 @@ inline Matrix6d isotropic(double sigma_rad, double sigma_m) {
   return variance.asDiagonal();
 }
 
-inline const Matrix6d kTight = isotropic(1e-5, 1e-4), kOdometry = isotropic(0.002, 0.02), kLoop = isotropic(0.001, 0.01);
+inline const Matrix6d kTight = isotropic(1e-5, 1e-4), kOdometry = isotropic(0.002, 0.02),
+                      kLoop = isotropic(0.001, 0.01);
 
 inline Vector6d noise(Random& random, const Matrix6d& covariance) {
   Vector6d xi;
@@ -33,12 +34,13 @@ inline std::vector<Pose> circle(std::size_t count, double step_m) {
 }
 
 inline RelativePose between(const std::vector<Pose>& truth, std::size_t i, std::size_t j, const Matrix6d& covariance,
-                     Random& random) {
+                            Random& random) {
   return {i, j, truth[i].inverse() * truth[j] * Pose::exp(noise(random, covariance)), covariance};
 }
 
 /// Odometry around `truth`, dead-reckoned initial poses.
-inline PoseGraph odometry_graph(const std::vector<Pose>& truth, std::uint64_t seed, const PoseGraphOptions& options = {}) {
+inline PoseGraph odometry_graph(const std::vector<Pose>& truth, std::uint64_t seed,
+                                const PoseGraphOptions& options = {}) {
   Random random(seed);
   PoseGraph graph(options);
   graph.add_keyframe(truth[0]);

@@ -33,7 +33,7 @@ struct MotionOptions {
   double ransac_threshold_px = 2.0;
   int ransac_iterations = 300;
   int min_inliers = 15;
-  double min_inlier_ratio = 0.5;  ///< of the matches that must agree with a motion
+  double min_inlier_ratio = 0.5;     ///< of the matches that must agree with a motion
   double pixel_sigma_px = 0.7;       ///< standard deviation of a keypoint coordinate, for weights and covariance
   double disparity_sigma_px = 0.25;  ///< standard deviation of a disparity; patches align better than keypoints repeat
   double aligned_sigma_px = 0.2;     ///< standard deviation of a pixel found by aligning a patch of the other view

@@ -31,7 +31,7 @@ struct Scale {
 };
 constexpr Scale kFar{5.0, 300.0, 6.0, 15.0, 20.0, 10.0, 1};  // hills, large craters
 constexpr Scale kNear{1.0, 20.0, 8.0, 15.0, 2.0, 2.0, 2};    // craters from 1.5 m, rocks
-constexpr double kLookAhead = 120.0, kCommitted = 80.0;   // metres of the far way that the near search takes at a time
+constexpr double kLookAhead = 120.0, kCommitted = 80.0;  // metres of the far way that the near search takes at a time
 
 /// Cost per metre at the nodes of a grid.
 struct CostMap {

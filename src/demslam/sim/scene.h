@@ -44,7 +44,7 @@ struct LightOptions {
   Soil soil = Soil::regolith;  ///< which parameters photometry = "hapke" takes (photometry.h)
   double earthshine = 0.0;     ///< light of the Earth, 1: of a full one, 1.0e-4 of the sun's; 0: none
   double earth_elevation_deg = 45.0, earth_azimuth_deg = 0.0;
-  std::string utc;    ///< 2026-11-25T12:00:00Z: the sun stands where it then is (sun_ephemeris.h); empty: as said above
+  std::string utc;  ///< 2026-11-25T12:00:00Z: the sun stands where it then is (sun_ephemeris.h); empty: as said above
   double longitude_deg = 0.0, latitude_deg = 0.0;  ///< of the map's origin on the Moon, where the DEM does not say it
 };
 

@@ -53,7 +53,7 @@ struct SlamCounters {
   int relocalised = 0;     ///< losses behind which an older keyframe was seen again
   int in_earlier_map = 0;  ///< keyframes placed by the map of an earlier run
   AnchoringReport anchoring;
-  std::size_t suns = 0;  ///< keyframes that saw the sun
+  std::size_t suns = 0;           ///< keyframes that saw the sun
   std::string start_search = {};  ///< empty: the start was known; "found", or "no fix: " and why
 };
 
@@ -80,8 +80,8 @@ class Backend {
   /// keyframes back; without it they stay in memory. Throws Error when the DEM has no height at the start.
   Backend(const RectifiedRig& rig, Matcher& matcher, std::shared_ptr<const Dem> dem, const StartPrior& start,
           const SlamOptions& options, FeatureSource stored = {});
-  /// Sun directions with both vectors, in increasing time; a keyframe takes the nearest within half a second. Call before
-  /// the first result.
+  /// Sun directions with both vectors, in increasing time; a keyframe takes the nearest within half a second. Call
+  /// before the first result.
   void set_sun(std::vector<SunMeasurement> sun);
   ~Backend();
 

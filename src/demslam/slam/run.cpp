@@ -163,8 +163,7 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
   const Stopwatch stopwatch;
   const auto sequence = inputs.open(inputs.dataset, inputs.format, inputs.calibration.value_or(""));
   const auto dem_file = chosen_dem(inputs, *sequence, options);
-  const auto dem =
-      dem_file ? std::make_shared<const Dem>(open_dem(*dem_file, sigma_file(inputs, dem_file))) : nullptr;
+  const auto dem = dem_file ? std::make_shared<const Dem>(open_dem(*dem_file, sigma_file(inputs, dem_file))) : nullptr;
   const Rectifier rectifier(sequence->rig());
   const std::string inputs_json = inputs_text(inputs, *sequence, dem_file, options);
   const std::size_t end = last_frame(inputs, *sequence);

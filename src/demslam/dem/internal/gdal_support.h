@@ -36,7 +36,8 @@ class QuietGdal {
 
 using GdalDataset = GDALDatasetUniquePtr;
 
-// What travels with the files that we write: "easting northing height" of the map's origin, and what heights count from.
+// What travels with the files that we write: "easting northing height" of the map's origin, and what heights count
+// from.
 constexpr const char* kOriginItem = "DEMSLAM_MAP_ORIGIN";
 constexpr const char* kHeightsItem = "DEMSLAM_HEIGHTS";
 
