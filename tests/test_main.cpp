@@ -9,6 +9,7 @@
 int main(int argc, char** argv) {
   std::string folder = (std::filesystem::temp_directory_path() / "demslam_test.XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) return EXIT_FAILURE;
+  std::filesystem::permissions(folder, std::filesystem::perms{0755});  // Some tests enter it as another user.
   setenv("TMPDIR", folder.c_str(), 1);
   setenv("TEST_TMPDIR", folder.c_str(), 1);
   testing::InitGoogleMock(&argc, argv);
