@@ -7,7 +7,7 @@
 
 #include "commands.h"
 #include "demslam/base/error.h"
-#include "demslam/report/run_report.h"
+#include "demslam/report/report_page.h"
 
 namespace demslam::apps {
 namespace {
@@ -18,6 +18,7 @@ struct Arguments {
   std::vector<fs::path> runs;
   fs::path output;
   std::optional<fs::path> truth, dem;
+  PageOptions page;
 };
 
 void run(const Arguments& arguments) {
@@ -26,7 +27,7 @@ void run(const Arguments& arguments) {
   if (extension == ".png") {
     write_map_picture(report, arguments.output);
   } else if (extension == ".html") {
-    write_html(report, arguments.output);
+    write_html(report, arguments.output, arguments.page);
   } else {
     throw Error(arguments.output.string() + ": name the report *.html (page) or *.png (map alone)");
   }
@@ -43,6 +44,8 @@ void add_report(CLI::App& app) {
       ->required();
   command->add_option("--truth", arguments->truth, "true trajectory; default: the one of the run's dataset");
   command->add_option("--dem", arguments->dem, "elevation model of the map; default: the runs' own");
+  command->add_option("--images", arguments->page.images, "keyframe images in the page, all runs together; 0: none")
+      ->capture_default_str();
   command->footer("Example:\n  demslam report runs/odometry runs/anchored -o report.html");
   command->callback([arguments] { run(*arguments); });
 }

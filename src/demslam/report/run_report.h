@@ -6,14 +6,21 @@
 #include <vector>
 
 #include "demslam/evaluation/evaluate.h"
+#include "demslam/evaluation/runs.h"
 #include "demslam/geometry/trajectory.h"
+#include "demslam/report/run_files.h"
 
 namespace demslam {
 
 /// A run folder as a report shows it; read from its files alone.
 struct ReportRun {
   std::string name;
-  Trajectory trajectory;
+  std::filesystem::path folder;
+  Trajectory trajectory, odometry;  ///< T_map_body; odometry is empty where its file is missing
+  std::vector<FrameLine> frames;
+  Columns timings;  ///< a row per frame
+  std::vector<StampedCovariance> covariances;
+  std::string summary, config;           ///< summary.json, config.toml
   std::optional<Evaluation> evaluation;  ///< where the truth was found
 };
 
@@ -22,7 +29,6 @@ struct Report {
   std::vector<ReportRun> runs;
   std::optional<Trajectory> truth;
   std::optional<std::filesystem::path> dem;  ///< the first anchored run's
-  std::string summary;                       ///< the first run's summary.json
 };
 
 /// Throws Error when a run folder is incomplete. `truth` and `dem` replace what the runs name.
@@ -31,8 +37,5 @@ Report read_report(const std::vector<std::filesystem::path>& runs, const std::op
 
 /// The tracks over the shaded DEM, as PNG. Throws Error when no run names a DEM.
 void write_map_picture(const Report& report, const std::filesystem::path& file);
-
-/// One self-contained HTML page: map, table, errors over distance. Opens offline.
-void write_html(const Report& report, const std::filesystem::path& file);
 
 }  // namespace demslam

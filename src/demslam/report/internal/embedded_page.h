@@ -1,0 +1,10 @@
+#pragma once
+
+#include <string_view>
+
+namespace demslam {
+
+/// The page that cmake/DemslamWeb.cmake builds from web/, with a mark where the data go; empty without it.
+std::string_view embedded_page();
+
+}  // namespace demslam
