@@ -116,7 +116,7 @@ export class PlanMap {
     this.drawGround(surface);
     this.drawGraticule(surface);
     if (state.layers.ellipses) this.drawRings(surface);
-    if (state.layers.truth && this.page.truth) this.drawTrack(surface, this.page.truth, TRUTH, 2.5);
+    if (state.layers.truth && this.page.truth) this.drawTrack(surface, this.page.truth, TRUTH, 6);
     for (const run of visibleRuns(this.page, state)) {
       if (state.layers.odometry) this.drawTrack(surface, run.odometry, groundColour(run.index), 1.5, [5, 4]);
       this.drawTrack(surface, run.track, groundColour(run.index), 2);
@@ -165,7 +165,7 @@ export class PlanMap {
       context.strokeStyle = "rgba(255, 255, 255, 0.14)";
       context.strokeRect(-2, v, width + 4, 0);
       context.textAlign = "left";
-      if (v > 20 && v < height - 50) label(`${y.toFixed(decimals)} m N`.replace("-", "\u2212"), 8, v - 4);
+      if (v > 60 && v < height - 50) label(`${y.toFixed(decimals)} m N`.replace("-", "\u2212"), 8, v - 4);
     }
   }
 

@@ -5,6 +5,7 @@ import { el } from "./dom";
 import { fixed } from "./format";
 import { runColour } from "./palette";
 import { visibleRuns } from "./projection";
+import { decadesAround, decadesIn, LEAST_ON_LOG, rangeAround, ticksIn } from "./scales";
 import type { State, Store } from "./store";
 
 interface PlotOf {
@@ -15,7 +16,7 @@ interface PlotOf {
   column: string;
   points?: boolean; // single values, not a curve
   zero?: boolean; // the axis begins at zero
-  log?: boolean;
+  log?: boolean; // drawn as decimal logarithms
 }
 
 interface Group {
@@ -76,6 +77,13 @@ interface Series {
   y: (number | null)[];
 }
 
+/** As the figure draws it: finite, or nothing. */
+function drawn(value: number | undefined, log = false): number | null {
+  if (value === undefined || !Number.isFinite(value)) return null;
+  if (!log) return value;
+  return value >= LEAST_ON_LOG ? Math.log10(value) : null;
+}
+
 /** x must grow for the plot; what stands still keeps its last value. */
 function seriesOf(run: Run, plot: PlotOf): Series | null {
   const table = plot.table(run);
@@ -84,10 +92,10 @@ function seriesOf(run: Run, plot: PlotOf): Series | null {
   const series: Series = { run, x: [], y: [] };
   let last = -Infinity;
   for (let i = 0; i < x.length; ++i) {
-    const value = y[i]!;
-    const at = x[i]! > last ? x[i]! : last + 1e-6 * Math.max(1, Math.abs(last));
-    series.x.push((last = at));
-    series.y.push(Number.isFinite(value) && !(plot.log && value <= 0) ? value : null);
+    if (!Number.isFinite(x[i])) continue;
+    last = x[i]! > last ? x[i]! : last + 1e-6 * Math.max(1, Math.abs(last));
+    series.x.push(last);
+    series.y.push(drawn(y[i], plot.log));
   }
   return series.y.some((value) => value !== null) ? series : null;
 }
@@ -100,6 +108,18 @@ function scaleOf(series: Series[], unit: string): [number, string] {
   return most > 0 && most < 0.08 ? [1000, "mm"] : [1, "m"];
 }
 
+/** The whole way, so that all figures have the same axis. */
+function lengthOf(page: Page): number {
+  return page.runs.reduce((most, run) => Math.max(most, run.keyframes.column("distance_m").at(-1) ?? 0, run.frames.column("distance_m").at(-1) ?? 0), 1);
+}
+
+function spanning(data: uPlot.AlignedData, length: number): uPlot.AlignedData {
+  const [x, ...y] = data as unknown as [number[], ...(number | null)[][]];
+  const [before, after] = [x[0]! > 0, x.at(-1)! < length];
+  const padded = <T>(values: T[], first: T, last: T) => [...(before ? [first] : []), ...values, ...(after ? [last] : [])];
+  return [padded(x, 0, length), ...y.map((values) => padded(values, null, null))] as uPlot.AlignedData;
+}
+
 const css = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 /** As many as tell all the ticks apart exactly. */
@@ -108,20 +128,34 @@ function decimalsOf(values: number[]): number {
   return [0, 1, 2, 3, 4, 5].find(exact) ?? 6;
 }
 
-function axis(label: string, size: number, side: 2 | 3): uPlot.Axis {
+const SUPERSCRIPTS = "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079";
+
+/** 0.01, 1, 100, 10\u2077 */
+function powerOfTen(exponent: number): string {
+  if (Math.abs(exponent) <= 3) return fixed(10 ** exponent, Math.max(0, -exponent));
+  const digits = [...String(Math.abs(exponent))].map((d) => SUPERSCRIPTS[Number(d)]).join("");
+  return `10${exponent < 0 ? "\u207b" : ""}${digits}`;
+}
+
+function axis(label: string, side: 2 | 3, log = false): uPlot.Axis {
+  const widthOf = (values: string[] | null) => 12 + 7 * Math.max(3, ...(values ?? []).map((text) => text.length));
   return {
     scale: side === 2 ? "x" : "y",
     label,
     labelSize: 18,
     labelFont: "12px ui-sans-serif, system-ui, sans-serif",
     font: "12px ui-sans-serif, system-ui, sans-serif",
-    size,
+    size: side === 2 ? 34 : (_, values) => widthOf(values),
     stroke: css("--muted"),
     grid: { stroke: css("--line"), width: 1 },
     ticks: { stroke: css("--line"), width: 1, size: 4 },
+    splits: (u, _, low, high) => {
+      const most = Math.max(2, Math.floor((side === 2 ? u.bbox.width / 70 : u.bbox.height / 32) / devicePixelRatio));
+      return log ? decadesIn([low, high], most) : ticksIn([low, high], most);
+    },
     values: (_, splits) => {
-      const decimals = decimalsOf(splits.filter((value) => value !== null));
-      return splits.map((value) => (value === null ? "" : fixed(value, decimals)));
+      const decimals = decimalsOf(splits);
+      return splits.map((value) => (log ? powerOfTen(value) : fixed(value, decimals)));
     },
   };
 }
@@ -192,9 +226,8 @@ export class Plots {
   }
 
   private plot(plot: PlotOf, unit: string, factor: number, series: Series[], readout: HTMLElement, holder: HTMLElement): uPlot {
-    const drawable = (value: number | null) => (value === null || (plot.log && value <= 0) ? null : value * factor); // no logarithm
-    const tables = series.map((s) => [s.x, s.y.map(drawable)] as uPlot.AlignedData);
-    const data = tables.length === 1 ? tables[0]! : uPlot.join(tables);
+    const tables = series.map((s) => [s.x, s.y.map((value) => value && value * factor)] as uPlot.AlignedData);
+    const data = spanning(tables.length === 1 ? tables[0]! : uPlot.join(tables), lengthOf(this.page));
     return new uPlot({ ...this.options(plot, unit, series, readout), width: holder.clientWidth || 300 }, data, holder);
   }
 
@@ -213,9 +246,9 @@ export class Plots {
       },
       scales: {
         x: { time: false },
-        y: plot.log ? { distr: 3, range: (_, low, high) => decadesOf(low, high) } : { range: (_, low, high) => rangeOf(low, high, plot.zero ?? false) },
+        y: { range: (_, low, high) => (plot.log ? decadesAround(low, high) : rangeAround(low, high, plot.zero ?? false)) },
       },
-      axes: [axis("distance driven [m]", 38, 2), axis(unit === "1" ? "" : `[${unit}]`, 58, 3)],
+      axes: [axis("distance driven [m]", 2), axis(unit === "1" ? "" : `[${unit}]`, 3, plot.log)],
       series: [
         {},
         ...series.map((s) => ({
@@ -226,11 +259,11 @@ export class Plots {
           paths: plot.points ? () => null : undefined,
         })),
       ] as uPlot.Series[],
-      hooks: { setCursor: [(u: uPlot) => this.onCursor(u, series, unit, readout)] },
+      hooks: { setCursor: [(u: uPlot) => this.onCursor(u, series, unit, readout, plot.log)] },
     };
   }
 
-  private onCursor(u: uPlot, series: Series[], unit: string, readout: HTMLElement): void {
+  private onCursor(u: uPlot, series: Series[], unit: string, readout: HTMLElement, log = false): void {
     const index = u.cursor.idx;
     const left = u.cursor.left ?? -1;
     if (index === null || index === undefined || left < 0) {
@@ -241,7 +274,8 @@ export class Plots {
     const at = u.data[0][index]!;
     readout.replaceChildren(
       ...series.map((s, k) => {
-        const value = nearestValue(u.data[k + 1]!, index);
+        const shown = nearestValue(u.data[k + 1]!, index);
+        const value = log && shown !== null ? 10 ** shown : shown;
         const text = `${fixed(value, value !== null && Math.abs(value) >= 100 ? 0 : 3)}${unit === "1" ? "" : ` ${unit}`}`;
         return el("span", { style: `color:${runColour(s.run.index, this.store.state.dark)}` }, text);
       }),
@@ -266,19 +300,4 @@ function nearestValue(values: ArrayLike<number | null | undefined>, index: numbe
     }
   }
   return null;
-}
-
-/** Whole decades around what there is. */
-function decadesOf(low: number | null, high: number | null): uPlot.Range.MinMax {
-  if (low === null || high === null || !(low > 0) || !isFinite(high)) return [0.1, 10];
-  const least = Math.floor(Math.log10(low));
-  return [10 ** least, 10 ** Math.max(Math.ceil(Math.log10(high)), least + 1)];
-}
-
-function rangeOf(low: number | null, high: number | null, zero: boolean): uPlot.Range.MinMax {
-  if (low === null || high === null) return [0, 1];
-  const least = zero ? Math.min(0, low) : low;
-  const flat = high - least < 1e-9; // uPlot knows no ticks so close together
-  const margin = 0.06 * (flat ? Math.max(Math.abs(high), 1) : high - least);
-  return [zero && least === 0 ? 0 : least - margin, high + margin];
 }

@@ -126,7 +126,8 @@ export class SpaceScene {
     this.redraw();
   }
   fit(): void {
-    const away = this.extent * (this.canvas.clientWidth < 600 ? 1.9 : 1.35);
+    const aspect = this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1) || 1;
+    const away = 1.35 * this.extent * Math.max(1, 1.25 / aspect);
     this.controls.target.set(0, 0, 0);
     this.camera.position.set(-0.28 * away, -0.82 * away, 0.62 * away);
     this.controls.update();
@@ -187,8 +188,8 @@ export class SpaceScene {
       dashSize: dash,
       gapSize: dash * 0.7,
       depthTest: !options.ghost,
-      depthWrite: !options.ghost,
-      transparent: options.ghost ?? false,
+      depthWrite: false, // of lines on one another, the later one shows
+      transparent: true, // drawn in their order, then
       opacity: options.ghost ? 0.6 : 1,
     });
     this.materials.push(material);
@@ -201,38 +202,39 @@ export class SpaceScene {
     });
     this.lines.clear();
     for (const material of this.materials.splice(0)) material.dispose();
-    if (state.layers.truth && this.page.truth) this.addTrack(this.page.truth, TRUTH, 2.6);
+    if (state.layers.truth && this.page.truth) this.addTrack(this.page.truth, TRUTH, 5, 1);
     for (const run of visibleRuns(this.page, state)) {
       const colour = groundColour(run.index);
-      if (state.layers.odometry) this.addTrack(run.odometry, colour, 1.6, true);
-      this.addTrack(run.track, colour, 2.4);
+      const order = 10 * (run.index + 1);
+      if (state.layers.odometry) this.addTrack(run.odometry, colour, 1.6, order, true);
+      this.addTrack(run.track, colour, 2.2, order + 1);
       if (state.layers.loops) this.addSegments(loopLines(run).flatMap(([a, b]) => [this.local(a), this.local(b)]), "#ffffff", 1.5);
       if (state.layers.keyframes) this.addKeyframes(run.index);
     }
     if (state.layers.ellipses) this.addRings(state);
   }
 
-  private addTrack(track: Track, colour: string, width: number, dashed = false): void {
+  private addTrack(track: Track, colour: string, width: number, order: number, dashed = false): void {
     const rows = simplified(track, this.extent * DETAIL);
     if (rows.length < 2) return;
     const points = rows.flatMap((i) => [track.x[i]! - this.origin.x, track.y[i]! - this.origin.y, track.z[i]! - this.origin.z]);
     const geometry = new LineGeometry().setPositions(points);
-    const add = (material: LineMaterial, order: number) => {
+    const add = (material: LineMaterial, place: number) => {
       const line = new Line2(geometry, material);
       if (dashed) line.computeLineDistances();
-      line.renderOrder = order;
+      line.renderOrder = place;
       this.lines.add(line);
     };
-    add(this.material(colour, width, { ghost: true }), 1);
-    if (!dashed) add(this.material(CASING, width + 2), 2);
-    add(this.material(colour, width, { dashed }), 3);
+    add(this.material(colour, width, { ghost: true }), order);
+    if (!dashed) add(this.material(CASING, width + 1.5), order + 0.1);
+    add(this.material(colour, width, { dashed }), order + 0.2);
   }
 
   private addSegments(points: Vector3[], colour: string, width: number): void {
     if (points.length === 0) return;
     const geometry = new LineSegmentsGeometry().setPositions(points.flatMap((p) => p.toArray()));
     const segments = new LineSegments2(geometry, this.material(colour, width, { ghost: false }));
-    segments.renderOrder = 4;
+    segments.renderOrder = 100;
     this.lines.add(segments);
   }
 
@@ -257,12 +259,12 @@ export class SpaceScene {
   }
 
   private addMarker(p: { x: number; y: number; z: number }, colour: string, pixels: number): void {
-    const marker = new Mesh(BALL, new MeshBasicMaterial({ color: colour, depthTest: false }));
+    const marker = new Mesh(BALL, new MeshBasicMaterial({ color: colour, depthTest: false, transparent: true }));
     marker.position.copy(this.local(p));
     const distance = marker.position.distanceTo(this.camera.position);
     marker.scale.setScalar((distance * pixels * 2 * Math.tan((this.camera.fov * Math.PI) / 360)) / this.canvas.clientHeight);
     marker.scale.z /= this.store.state.exaggeration;
-    marker.renderOrder = 9;
+    marker.renderOrder = 200;
     this.markers.add(marker);
   }
 

@@ -92,7 +92,8 @@ export class Page {
   }
   async prepare({ width = 1440, height = 900, mobile = false, dark = false }) {
     for (const domain of ["Page", "Runtime", "Log"]) await this.send(`${domain}.enable`);
-    await this.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: mobile ? 2 : 1, mobile });
+    this.size = { width, height, deviceScaleFactor: mobile ? 2 : 1, mobile };
+    await this.send("Emulation.setDeviceMetricsOverride", this.size);
     await this.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }] });
   }
   async open(url) {
@@ -140,9 +141,17 @@ export class Page {
     for (const type of ["keyDown", "keyUp"]) await this.send("Input.dispatchKeyEvent", { type, key, text: type === "keyDown" && key.length === 1 ? key : undefined });
     await this.settle();
   }
+  /** Of the window, or of the whole page in a window that is high enough. */
   async screenshot(full = false) {
-    const { data } = await this.send("Page.captureScreenshot", { format: "png", captureBeyondViewport: full });
+    if (full) await this.resize({ ...this.size, deviceScaleFactor: 1, height: await this.evaluate("document.documentElement.scrollHeight") });
+    const { data } = await this.send("Page.captureScreenshot", { format: "png" });
+    if (full) await this.resize(this.size);
     return Buffer.from(data, "base64");
+  }
+  async resize(size) {
+    await this.send("Emulation.setDeviceMetricsOverride", size);
+    await this.settle();
+    await this.settle();
   }
   #note({ method, params }) {
     if (method === "Runtime.exceptionThrown") this.problems.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);

@@ -13,7 +13,9 @@ std::string page_with(const std::string& data) {
   const std::string_view page = embedded_page();
   const std::size_t mark = page.find(kMark);
   if (mark == std::string_view::npos) {
-    throw Error("report: this demslam was built without its page (cmake -DDEMSLAM_WEB=OFF); only *.png is available");
+    throw Error(
+        "report: this demslam was built without its report page, which needs npm (docs/report.md); install npm and build "
+        "again, or name the report *.png");
   }
   std::string html(page.substr(0, mark));
   return html.append(data).append(page.substr(mark + kMark.size()));

@@ -1,0 +1,36 @@
+# cmake -DNPM=... -DSOURCE=web -DBUILD=build/web -P BuildPage.cmake: writes BUILD/page.html, an empty one where the
+# packages cannot be had or do not run here, which is said but is no error.
+function(run_npm result)
+  execute_process(COMMAND ${NPM} ${ARGN} WORKING_DIRECTORY ${BUILD} RESULT_VARIABLE status OUTPUT_VARIABLE text
+                  ERROR_VARIABLE text)
+  set(${result} "${status}" PARENT_SCOPE)
+  if(NOT status EQUAL 0)
+    message("${text}")
+  endif()
+endfunction()
+
+file(REMOVE_RECURSE ${BUILD}/src ${BUILD}/dist)
+file(COPY ${SOURCE}/src ${SOURCE}/index.html ${SOURCE}/vite.config.ts ${SOURCE}/tsconfig.json ${SOURCE}/package.json
+          ${SOURCE}/package-lock.json DESTINATION ${BUILD})
+file(SHA256 ${SOURCE}/package-lock.json wanted)
+set(installed "")
+if(EXISTS ${BUILD}/packages.stamp)
+  file(READ ${BUILD}/packages.stamp installed)
+endif()
+set(failed 0)
+if(NOT installed STREQUAL wanted)
+  run_npm(failed ci --silent --no-audit --no-fund --prefer-offline --fetch-retries=1 --fetch-timeout=30000)
+  if(failed EQUAL 0)
+    file(WRITE ${BUILD}/packages.stamp ${wanted})
+  endif()
+endif()
+if(failed EQUAL 0)
+  run_npm(failed run --silent build)
+endif()
+if(failed EQUAL 0)
+  file(RENAME ${BUILD}/dist/index.html ${BUILD}/page.html)
+else()
+  file(WRITE ${BUILD}/page.html "")
+  message("demslam is built WITHOUT its report page: npm could not fetch or build it (${failed}). `demslam report` writes "
+          "*.png alone. To try again: rm -r ${BUILD}, then build.")
+endif()
