@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "demslam/config/slam_config.h"
+#include "demslam/report/live_server.h"
 #include "demslam/sim/rendered_sequence.h"
 #include "progress_bar.h"
 
@@ -18,6 +19,7 @@ struct Arguments {
   std::filesystem::path config, extractor_model, matcher_model;
   std::string odometry;
   bool no_dem = false, no_loops = false, odometry_only = false;
+  std::optional<int> live_port;
 };
 
 SlamOptions options_of(const Arguments& arguments) {
@@ -60,12 +62,22 @@ void print(const RunInputs& inputs, const RunReport& report) {
   if (report.interrupted) fmt::print("  interrupted: the folder holds what was done; the same command goes on\n");
 }
 
+/// The page of this run while it goes on, where one is asked for.
+std::unique_ptr<LiveServer> serve(const Arguments& arguments) {
+  if (!arguments.live_port) return nullptr;
+  auto server = std::make_unique<LiveServer>(arguments.inputs.output, *arguments.live_port);
+  fmt::print(stderr, "live: http://127.0.0.1:{}/\n", server->port());
+  return server;
+}
+
 void run(Arguments arguments) {
   const SlamOptions options = options_of(arguments);
   arguments.inputs.config_toml = to_toml(options);
   arguments.inputs.open = open_input;
+  const auto live = serve(arguments);
   ProgressBar bar("run", "frames");
   const RunReport report = run_slam(arguments.inputs, options, bar.progress());
+  if (live) live->finish();
   print(arguments.inputs, report);
 }
 
@@ -102,6 +114,11 @@ void add_run(CLI::App& app) {
   command->add_flag("--no-dem", arguments->no_dem, "do not use the DEM");
   command->add_flag("--no-loops", arguments->no_loops, "do not close loops");
   command->add_flag("--odometry-only", arguments->odometry_only, "neither DEM nor loops");
+  command
+      ->add_option("--live", arguments->live_port,
+                   "serve the report page on this machine while the run goes on; port, default 8470, 0: any free one")
+      ->expected(0, 1)
+      ->default_str("8470");
   command->add_flag("--overwrite", inputs.overwrite, "start anew in the output folder, whatever it holds");
   command->footer(
       "Examples:\n  demslam run runs/data -o runs/anchored\n  demslam run runs/data -o runs/odometry --odometry-only\n"

@@ -180,10 +180,10 @@ function runOf(data: RunData, index: number): Run {
   };
 }
 
-export function pageOf(data: PageData, terrain?: Terrain | null): Page {
+export function pageOf(data: PageData): Page {
   return {
     data,
-    terrain: data.terrain ? terrainOf(data.terrain) : (terrain ?? null),
+    terrain: data.terrain ? terrainOf(data.terrain) : null,
     truth: data.truth ? trackOf(data.truth) : null,
     runs: (data.runs ?? []).map(runOf),
   };
@@ -195,6 +195,12 @@ export interface Ground {
   east: number;
   south: number;
   north: number;
+}
+
+/** Do two pages show the same piece of terrain? */
+export function sameTerrain(a: Terrain | null, b: Terrain | null): boolean {
+  if (!a || !b) return a === b;
+  return a.west_m === b.west_m && a.north_m === b.north_m && a.rows === b.rows && a.cols === b.cols && a.step_m === b.step_m;
 }
 
 export function groundOf(page: Page): Ground {
@@ -210,4 +216,10 @@ export function groundOf(page: Page): Ground {
     }
   }
   return ground.west <= ground.east ? ground : { west: -10, east: 10, south: -10, north: 10 };
+}
+
+/** The longer side of that box, metres. */
+export function extentOf(page: Page): number {
+  const ground = groundOf(page);
+  return Math.max(ground.east - ground.west, ground.north - ground.south);
 }

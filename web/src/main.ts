@@ -6,15 +6,27 @@ import { fixed } from "./format";
 import { Inspector } from "./inspector";
 import { Plots } from "./plots";
 import { Stage } from "./stage";
-import { Store } from "./store";
+import { Store, type Selection } from "./store";
 import { configuration, loopTable, methodOf, notes, runTable, timingTable } from "./tables";
 import { listen } from "./live";
 import { applyTheme, prefersDark, themeButton } from "./theme";
 
-function firstSelection(page: Page): { run: number; keyframe: number } | null {
+function firstSelection(page: Page): Selection | null {
   const run = page.runs.find((r) => r.views.length > 0) ?? page.runs.find((r) => r.keyframes.rows > 0);
   const keyframe = run?.views[Math.min(1, run.views.length - 1)]?.keyframe ?? run?.keyframes.column("number")[0];
   return run && keyframe !== undefined ? { run: run.index, keyframe } : null;
+}
+
+function newest(page: Page): Selection | null {
+  const run = page.runs.at(-1);
+  const keyframe = run?.views.at(-1)?.keyframe ?? run?.keyframes.column("number").at(-1);
+  return run && keyframe !== undefined ? { run: run.index, keyframe } : null;
+}
+
+/** Nothing chosen counts as the newest. */
+function isNewest(page: Page, selected: Selection | null): boolean {
+  const last = newest(page);
+  return !selected || (last !== null && last.run === selected.run && last.keyframe === selected.keyframe);
 }
 
 function datasetOf(page: Page): string {
@@ -40,7 +52,7 @@ function factsOf(page: Page): string {
 /** Runs to show and hide, each with its colour. */
 function legend(page: Page, store: Store): HTMLElement {
   const chip = (index: number, name: string) => {
-    const button = el("button", { type: "button", class: "chip", "aria-pressed": "true", style: `--run:var(--run-${index % 6})`, title: "show or hide this run" }, el("i", { class: "swatch" }), name);
+    const button = el("button", { type: "button", class: "chip", "aria-pressed": String(!store.state.hidden.has(index)), style: `--run:var(--run-${index % 6})`, title: "show or hide this run" }, el("i", { class: "swatch" }), name);
     button.addEventListener("click", () => {
       const hidden = new Set(store.state.hidden);
       if (!hidden.delete(index)) hidden.add(index);
@@ -71,7 +83,7 @@ function start(data: PageData): void {
   const store = new Store({
     dark: prefersDark(),
     hidden: new Set(),
-    selected: firstSelection(page),
+    selected: data.live ? newest(page) : firstSelection(page),
     cursor_m: null,
     layers: { truth: true, odometry: false, ellipses: true, loops: true, keyframes: true },
     exaggeration: 1,
@@ -105,11 +117,14 @@ function start(data: PageData): void {
   });
   if (!data.live) return;
   listen(data.live, (news) => {
-    page = pageOf({ ...news, live: data.live }, page.terrain);
+    const followed = isNewest(page, store.state.selected);
+    page = pageOf({ ...news, live: data.live });
     const fresh = tables(page, store);
     parts.overview.replaceWith(fresh.overview);
-    parts.details.replaceWith(fresh.details);
+    if (parts.details.querySelector("details[open]")) fresh.details = parts.details; // it is being read
+    else parts.details.replaceWith(fresh.details);
     parts = fresh;
+    title.textContent = datasetOf(page);
     const chips = legend(page, store);
     runs.replaceWith(chips);
     runs = chips;
@@ -117,7 +132,7 @@ function start(data: PageData): void {
     stage.update(page);
     inspector.update(page);
     plots.update(page);
-    if (!store.state.selected) store.set({ selected: firstSelection(page) });
+    if (followed) store.set({ selected: newest(page) });
   });
 }
 

@@ -22,7 +22,7 @@ export class PlanMap {
   constructor(
     private readonly canvas: HTMLCanvasElement,
     page: Page,
-    private readonly shaded: HTMLCanvasElement | null,
+    private shaded: HTMLCanvasElement | null,
     private readonly store: Store,
   ) {
     this.page = page;
@@ -34,6 +34,10 @@ export class PlanMap {
   update(page: Page): void {
     this.page = page;
     this.redraw();
+  }
+  setGround(shaded: HTMLCanvasElement | null): void {
+    this.shaded = shaded;
+    this.fit();
   }
   fit(): void {
     this.metresPerPixel = 0;

@@ -21,7 +21,7 @@ import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
 import type { Page, Terrain, Track } from "./data";
-import { groundOf } from "./data";
+import { extentOf, groundOf } from "./data";
 import { onNextFrame } from "./dom";
 import { groundColour, TRUTH } from "./palette";
 import { keyframePosition, loopLines, nearest, pickable, positionAt, rings, simplified, visibleRuns } from "./projection";
@@ -85,8 +85,9 @@ export class SpaceScene {
   private readonly lines = new Group();
   private readonly markers = new Group();
   private readonly materials: LineMaterial[] = [];
-  private readonly origin: Vector3;
-  private readonly extent: number; // metres
+  private ground: Mesh | null = null;
+  private origin = new Vector3();
+  private extent = 5; // metres
   private readonly redraw = onNextFrame(() => this.draw());
 
   /** Throws where the browser has no WebGL. */
@@ -100,24 +101,35 @@ export class SpaceScene {
     this.page = page;
     const antialias = !drawsInSoftware();
     this.renderer = new WebGLRenderer({ canvas, antialias, alpha: true, preserveDrawingBuffer: true });
-    const ground = groundOf(page);
-    this.extent = Math.max(ground.east - ground.west, ground.north - ground.south, 5);
-    const [x, y] = [(ground.west + ground.east) / 2, (ground.south + ground.north) / 2];
-    this.origin = new Vector3(x, y, this.groundHeight(x, y));
     this.camera.up.set(0, 0, 1);
-    this.camera.near = this.extent / 500;
-    this.camera.far = this.extent * 50;
     this.world.add(this.lines, this.markers);
-    if (page.terrain && shaded) this.world.add(terrainMesh(page.terrain, shaded, this.origin));
     this.scene.add(this.world);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.maxPolarAngle = Math.PI * 0.495;
     this.controls.screenSpacePanning = false;
     this.controls.zoomToCursor = true;
     this.controls.addEventListener("change", this.redraw);
-    this.fit();
-    this.buildLines(store.state);
+    this.setGround(shaded);
     this.listen();
+  }
+
+  /** The terrain of the present page, with all that is driven on it in view. */
+  setGround(shaded: HTMLCanvasElement | null): void {
+    const ground = groundOf(this.page);
+    this.extent = Math.max(extentOf(this.page), 5);
+    const [x, y] = [(ground.west + ground.east) / 2, (ground.south + ground.north) / 2];
+    this.origin = new Vector3(x, y, this.groundHeight(x, y));
+    this.camera.near = this.extent / 500;
+    this.camera.far = this.extent * 50;
+    this.camera.updateProjectionMatrix();
+    if (this.ground) {
+      this.world.remove(this.ground);
+      this.ground.geometry.dispose();
+    }
+    this.ground = this.page.terrain && shaded ? terrainMesh(this.page.terrain, shaded, this.origin) : null;
+    if (this.ground) this.world.add(this.ground);
+    this.fit();
+    this.buildLines(this.store.state);
   }
 
   update(page: Page): void {

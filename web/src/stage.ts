@@ -1,5 +1,5 @@
 import type { Page } from "./data";
-import { groundOf } from "./data";
+import { extentOf, sameTerrain } from "./data";
 import { el } from "./dom";
 import { length, roundBelow } from "./format";
 import { TRUTH } from "./palette";
@@ -30,6 +30,7 @@ export class Stage {
   private space: SpaceScene | null = null;
   private plan: PlanMap | null = null;
   private mode: Mode = "space";
+  private extent_m = 0;
 
   constructor(
     private page: Page,
@@ -51,14 +52,10 @@ export class Stage {
 
   /** Once the element is in the document. */
   start(): void {
-    const shaded = this.page.terrain ? hillshade(this.page.terrain) : null;
+    const shaded = this.shaded();
     this.plan = new PlanMap(this.planCanvas, this.page, shaded, this.store);
     try {
-      const ground = groundOf(this.page);
-      const step_m = roundBelow(Math.max(ground.east - ground.west, ground.north - ground.south, 1) / 4);
-      const lined = shaded && withGraticule(shaded, this.page.terrain!, step_m);
-      this.space = new SpaceScene(this.spaceCanvas, this.page, lined, this.store, (azimuth) => this.turnCompass(azimuth));
-      if (lined) this.scale.textContent = `grid ${length(step_m)}`;
+      this.space = new SpaceScene(this.spaceCanvas, this.page, this.lined(shaded), this.store, (azimuth) => this.turnCompass(azimuth));
     } catch {
       this.message.textContent = "This browser has no WebGL: the plan is shown instead of the 3-D view.";
       this.tabs.space.disabled = true;
@@ -66,10 +63,27 @@ export class Stage {
     this.show(this.space ? "space" : "plan");
   }
 
+  /** Everything is shown anew where the run has left the ground drawn so far. */
   update(page: Page): void {
+    const moved = !sameTerrain(page.terrain, this.page.terrain) || extentOf(page) > 2 * this.extent_m;
     this.page = page;
     this.space?.update(page);
     this.plan?.update(page);
+    if (!moved) return;
+    const shaded = this.shaded();
+    this.space?.setGround(this.lined(shaded));
+    this.plan?.setGround(shaded);
+  }
+
+  private shaded(): HTMLCanvasElement | null {
+    this.extent_m = extentOf(this.page);
+    return this.page.terrain ? hillshade(this.page.terrain) : null;
+  }
+
+  private lined(shaded: HTMLCanvasElement | null): HTMLCanvasElement | null {
+    const step_m = roundBelow(Math.max(this.extent_m, 1) / 4);
+    this.scale.textContent = shaded ? `grid ${length(step_m)}` : "";
+    return shaded && withGraticule(shaded, this.page.terrain!, step_m);
   }
 
   private button(text: string, name: string, action: () => void): HTMLButtonElement {

@@ -54,6 +54,12 @@ function demFactors(run: Run): number {
   return of("height") + of("normal") + of("patches");
 }
 
+/** What a reader must know before comparing a run with others. */
+function stateOf(run: Run): HTMLElement | null {
+  const state = ["interrupted", "running"].find((name) => run.data.summary?.[name] === true);
+  return state ? el("em", {}, ` ${state}`) : null;
+}
+
 const swatch = (run: Run) => el("i", { class: "swatch", style: `--run:var(--run-${run.index % 6})` });
 
 /** What was measured how: the alignment and the RPE's step. */
@@ -81,7 +87,7 @@ export function runTable(page: Page): HTMLElement {
           el("th", { scope: "col", class: metrics[i - 1]?.group === metric.group ? undefined : "first" }, metric.name, metric.unit ? el("span", { class: "unit" }, ` [${metric.unit}]`) : null)))),
       el("tbody", {},
         ...page.runs.map((run) =>
-          el("tr", {}, el("th", { scope: "row" }, swatch(run), run.data.name, run.data.summary?.["interrupted"] === true ? el("em", {}, " interrupted") : null),
+          el("tr", {}, el("th", { scope: "row" }, swatch(run), run.data.name, stateOf(run)),
             ...metrics.map((metric, i) => {
               const value = metric.of(run);
               const classes = [metrics[i - 1]?.group === metric.group ? "" : "first", value === best(metric) ? "best" : ""];

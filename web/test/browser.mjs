@@ -1,6 +1,6 @@
 // A headless Chromium, driven through the DevTools protocol over its pipe: nothing to install but Debian's package.
 import { spawn } from "node:child_process";
-import { accessSync, constants, mkdtempSync, rmSync } from "node:fs";
+import { accessSync, constants, mkdtempSync, rmSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { delimiter, join } from "node:path";
 
@@ -19,6 +19,13 @@ export function findBrowser() {
     }
   }
   return null;
+}
+
+/** Why tests of the page cannot run here; false where they can. PAGE is the page that was built into demslam. */
+export function skipReason({ browser = true } = {}) {
+  const { PAGE } = process.env;
+  if (PAGE && statSync(PAGE).size === 0) return "demslam was built without its report page: npm could not build it";
+  return browser && !findBrowser() ? "no Chromium here: scripts/setup --with-browser installs one" : false;
 }
 
 /** Messages to the browser and back: JSON with a zero byte behind each. */

@@ -2,17 +2,15 @@
 // where that failed), DATASET a small simulated dataset.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, mkdtempSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, afterEach, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
-import { Browser, findBrowser } from "./browser.mjs";
+import { Browser, skipReason } from "./browser.mjs";
 
-const { DEMSLAM, PAGE, DATASET, SCREENSHOTS } = process.env;
-const hasPage = !PAGE || statSync(PAGE).size > 0;
-const noBrowser = findBrowser() ? false : "no Chromium here: scripts/setup --with-browser installs one";
-const skip = hasPage ? noBrowser : "demslam was built without its report page: npm could not build it";
+const { DEMSLAM, DATASET, SCREENSHOTS } = process.env;
+const skip = skipReason();
 const folder = mkdtempSync(join(tmpdir(), "demslam-page-"));
 const demslam = (...args) => execFileSync(DEMSLAM, args, { stdio: ["ignore", "pipe", "pipe"] });
 let browser;

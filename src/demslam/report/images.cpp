@@ -1,10 +1,12 @@
 #include "demslam/report/internal/images.h"
+
 #include <algorithm>
 #include <ranges>
 
 #include "demslam/base/error.h"
 #include "demslam/image/thumbnail.h"
 #include "demslam/report/internal/packed.h"
+#include "demslam/sim/rendered_sequence.h"
 
 namespace demslam {
 namespace {
@@ -24,7 +26,9 @@ std::unique_ptr<StereoSequence> open_dataset_of(const ReportRun& run) {
   const auto inputs = summary.value("inputs", nlohmann::json::object());
   const std::filesystem::path dataset = inputs.value("dataset", "");
   if (!std::filesystem::exists(dataset)) throw Error("dataset " + dataset.string() + " is not there");
-  return open_dataset(dataset, inputs.value("format", ""), given_calibration(inputs, dataset));
+  const std::string calibration = given_calibration(inputs, dataset);
+  if (is_rendered_dataset(dataset)) return open_rendered_dataset(dataset, calibration);
+  return open_dataset(dataset, inputs.value("format", ""), calibration);
 }
 
 std::string dataset_name(const ReportRun& run) {
@@ -43,12 +47,22 @@ Image RunDataset::left(TimestampNs t_ns) const {
   return rectifier_.left(sequence_->frame(*frame).left);
 }
 
+std::string ImageTable::jpeg(const RunDataset& dataset, TimestampNs t_ns) const {
+  const auto make = [&] {
+    return base64(jpeg_thumbnail(dataset.left(t_ns), options_.image_width_px, options_.image_quality));
+  };
+  if (cache_ == nullptr) return make();
+  const auto known = cache_->find({dataset.name(), t_ns});
+  return known != cache_->end() ? known->second
+                                : cache_->emplace(std::pair{dataset.name(), t_ns}, make()).first->second;
+}
+
 std::optional<std::size_t> ImageTable::add(const RunDataset& dataset, TimestampNs t_ns) {
   const auto key = std::pair{dataset.name(), t_ns};
   if (const auto found = places_.find(key); found != places_.end()) return found->second;
   try {
-    const std::string jpeg = jpeg_thumbnail(dataset.left(t_ns), options_.image_width_px, options_.image_quality);
-    images_.push_back({{"width_px", dataset.rig().width}, {"height_px", dataset.rig().height}, {"jpeg", base64(jpeg)}});
+    images_.push_back(
+        {{"width_px", dataset.rig().width}, {"height_px", dataset.rig().height}, {"jpeg", jpeg(dataset, t_ns)}});
   } catch (const Error&) {
     return std::nullopt;
   }

@@ -47,6 +47,17 @@ Eigen::AlignedBox2d ground_of(const Report& report) {
   return box;
 }
 
+/// A box that keeps its place while what is in it grows, but for a few leaps.
+Eigen::AlignedBox2d grown(const Eigen::AlignedBox2d& box) {
+  if (box.isEmpty()) return box;
+  const double side = std::exp2(std::ceil(std::log2(std::max(box.sizes().maxCoeff(), 20.0))));
+  const Eigen::Array2d step = Eigen::Array2d::Constant(0.5 * side);
+  const auto below = [&](const Eigen::Array2d& p) {
+    return ((p / step + 0.5).floor() - 0.5) * step;
+  };  // the start is inside
+  return {below(box.min().array()).matrix(), (below(box.max().array()) + step).matrix()};
+}
+
 Json truth_json(const Trajectory& truth, std::size_t max_points) {
   Columns columns{{"x_m", {}}, {"y_m", {}}, {"z_m", {}}};
   for (const StampedPose& stamped : truth) {
@@ -76,7 +87,7 @@ std::string script_safe(const std::string& json) {
 
 }  // namespace
 
-std::string page_data(const Report& report, const PageOptions& options) {
+std::string page_data(const Report& report, const PageOptions& options, ImageCache* cache) {
   std::vector<std::string> notes;
   std::optional<Dem> dem;
   if (report.dem)
@@ -85,12 +96,14 @@ std::string page_data(const Report& report, const PageOptions& options) {
     notes.push_back("no run names a DEM: no terrain");
   if (!report.truth) notes.push_back("no ground truth found: no errors");
   Json json = {{"demslam", kVersion}, {"terrain", nullptr}, {"truth", nullptr}};
+  if (options.live) json["live"] = "events";
   if (dem) {
-    const auto grid = terrain_around(*dem, ground_of(report), options.terrain_side);
+    const Eigen::AlignedBox2d ground = options.live ? grown(ground_of(report)) : ground_of(report);
+    const auto grid = terrain_around(*dem, ground, options.terrain_side);
     if (grid) json["terrain"] = terrain_json(*grid, *report.dem);
   }
   if (report.truth) json["truth"] = truth_json(*report.truth, options.track_points);
-  ImageTable images(options);
+  ImageTable images(options, cache);
   const PageContext context{share_of(options, std::max<std::size_t>(report.runs.size(), 1)), dem ? &*dem : nullptr,
                             &images, &notes};
   for (const ReportRun& run : report.runs) json["runs"].push_back(run_json(run, context));

@@ -7,8 +7,10 @@
 #include <numbers>
 
 #include "demslam/base/error.h"
+#include "demslam/report/live_report.h"
 #include "demslam/report/report_page.h"
 #include "demslam/report/residuals.h"
+#include "demslam/report/run_snapshot.h"
 #include "demslam/report/test_run.h"
 
 namespace demslam {
@@ -172,6 +174,45 @@ TEST(ReportFolder, NamesTheLineThatIsNoRecord) {
   const test::SmallRun run(9);
   std::ofstream(run.run() / "frames.jsonl", std::ios::app) << "nonsense\n";
   EXPECT_THAT([&] { read_frame_lines(run.run()); }, testing::ThrowsMessage<Error>(HasSubstr("frames.jsonl:10: ")));
+}
+
+TEST(RunSnapshot, IsARunFolderOfWhatTheMapHolds) {
+  const test::SmallRun run(41);
+  run.write_map();
+  std::filesystem::path folder;
+  {
+    const RunSnapshot snapshot(run.run());
+    folder = snapshot.path();
+    EXPECT_EQ(folder.filename(), "run");
+    const Report report = read_report({folder}, std::nullopt, std::nullopt);
+    EXPECT_THAT(report.runs[0].trajectory, SizeIs(11));
+    EXPECT_NEAR(report.runs[0].trajectory.back().pose.translation().x(), 20.0, 1e-9);
+    EXPECT_TRUE(json::parse(report.runs[0].summary)["running"]);
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder));
+  EXPECT_TRUE(std::filesystem::exists(run.run() / "map.db"));
+}
+
+TEST(RunSnapshot, OfARunThatHasPlacedNothingIsAnError) {
+  const test::SmallRun run(9);
+  EXPECT_THAT([&] { RunSnapshot{run.run()}; }, testing::ThrowsMessage<Error>(HasSubstr("no map yet")));
+}
+
+TEST(LiveReport, HasAPageBeforeTheRunHasPlacedAnything) {
+  LiveReport report("/nowhere");
+  const json page = json::parse(*report.state().data);
+  EXPECT_EQ(page["live"], "events");
+  EXPECT_FALSE(page.contains("runs"));
+}
+
+TEST(LiveReport, MakesANewStateOnlyWhenTheRunHasGrown) {
+  const test::SmallRun run(41);
+  run.write_map();
+  LiveReport report(run.run());
+  const LiveState first = report.state(), again = report.state();
+  EXPECT_EQ(json::parse(*first.data)["runs"][0]["name"], "run");
+  EXPECT_EQ(again.number, first.number);
+  EXPECT_EQ(report.last_state().number, first.number + 1);
 }
 
 TEST(TerrainResidual, IsHeightAboveTheDemAndTheAngleToItsNormal) {

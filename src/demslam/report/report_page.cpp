@@ -14,7 +14,8 @@ std::string page_with(const std::string& data) {
   const std::size_t mark = page.find(kMark);
   if (mark == std::string_view::npos) {
     throw Error(
-        "report: this demslam was built without its report page, which needs npm (docs/report.md); install npm and build "
+        "report: this demslam was built without its report page, which needs npm (docs/report.md); install npm and "
+        "build "
         "again, or name the report *.png");
   }
   std::string html(page.substr(0, mark));

@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <string>
+#include <utility>
 
 #include "demslam/report/run_report.h"
 
@@ -17,10 +19,14 @@ struct PageOptions {
   std::size_t rows = 16000;          ///< of every table over frames, all runs together; peaks are kept
   std::size_t track_points = 20000;  ///< of all runs together
   int terrain_side = 384;            ///< posts
+  bool live = false;                 ///< the page asks for news of a run that goes on (live_server.h)
 };
 
+/// Keyframe images by dataset and time, JPEG in base64, kept from one page to the next.
+using ImageCache = std::map<std::pair<std::string, TimestampNs>, std::string>;
+
 /// Everything a page shows, as JSON (docs/report.md). What is missing (DEM, images, map.db) is left out and noted.
-std::string page_data(const Report& report, const PageOptions& options = {});
+std::string page_data(const Report& report, const PageOptions& options = {}, ImageCache* cache = nullptr);
 
 /// The page of this build around `data`. Throws Error when demslam was built without it.
 std::string page_with(const std::string& data);

@@ -35,6 +35,7 @@ class SmallRun {
     for (std::size_t k = 0; k < keyframes(); ++k) {
       KeyframeEntry added{.keyframe = {k, k * kEvery, stamp(k * kEvery), pose(k * kEvery, 0.1, 0.2), {}, ""},
                           .features = random_features(k)};
+      added.frames.push_back({k * kEvery, stamp(k * kEvery), "tracked", k, {}, record(k * kEvery)});
       const Pose step(Eigen::Quaterniond::Identity(), {2.01, 0.0, 0.0});
       if (k > 0) added.factors.push_back({.measurement = {k - 1, k, step, 1e-4 * Matrix6d::Identity()}, .inliers = 80});
       store.append(added);
@@ -52,6 +53,13 @@ class SmallRun {
     Trajectory result;
     for (std::size_t f = 0; f < frames_; ++f) result.push_back({stamp(f), pose(f, north_m, up_m)});
     return result;
+  }
+
+  static std::string record(std::size_t frame) {
+    const std::string keyframe = frame % kEvery == 0 ? fmt::format(",\"keyframe\":{}", frame / kEvery) : "";
+    return fmt::format(
+        R"({{"frame":{},"t_ns":{},"status":"tracked","keypoints":500,"matches":{},"inliers":90,"rms_px":0.5{}}})",
+        frame, stamp(frame), 100 + frame % 7, keyframe);
   }
 
   void write_dataset() const {
@@ -74,12 +82,7 @@ class SmallRun {
   void write_texts() const {
     std::string frames, timings = "frame,extract_ms,total_ms\n", covariances = "# header\nt_ns";
     for (std::size_t f = 0; f < frames_; ++f) {
-      const std::string keyframe = f % kEvery == 0 ? fmt::format(",\"keyframe\":{}", f / kEvery) : "";
-      frames +=
-          fmt::format(
-              R"({{"frame":{},"t_ns":{},"status":"tracked","keypoints":500,"matches":{},"inliers":90,"rms_px":0.5{}}})",
-              f, stamp(f), 100 + f % 7, keyframe) +
-          "\n";
+      frames += record(f) + "\n";
       timings += fmt::format("{},{:.3f},{:.3f}\n", f, 2.0, f == frames_ / 2 ? 900.0 : 40.0);
     }
     folder_.text("run/frames.jsonl", frames);

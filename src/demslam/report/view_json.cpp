@@ -15,11 +15,14 @@ std::uint16_t eighths(float pixels) {
   return static_cast<std::uint16_t>(std::clamp(std::lround(8.0F * pixels), 0L, 65535L));
 }
 
-/// Indices of `count` of `size` things, evenly, with the first and the last one.
+/// Indices of at most `count` of `size` things: every 2^n-th, so that the choice changes seldom while a run grows, and
+/// the last one.
 std::vector<std::size_t> evenly(std::size_t size, std::size_t count) {
+  std::size_t step = 1;
+  while (size / step + 2 > count && step < size && size > count) step *= 2;
   std::vector<std::size_t> chosen;
-  const std::size_t n = std::min(size, count);
-  for (std::size_t i = 0; i < n; ++i) chosen.push_back(n == 1 ? 0 : i * (size - 1) / (n - 1));
+  for (std::size_t i = 0; i < size; i += step) chosen.push_back(i);
+  if (size > 0 && chosen.back() != size - 1) chosen.push_back(size - 1);
   return chosen;
 }
 

@@ -33,13 +33,17 @@ class RunDataset {
 /// The page's images, each kept once however many runs show it.
 class ImageTable {
  public:
-  explicit ImageTable(const PageOptions& options) : options_(options) {}
+  /// `cache` may be null.
+  ImageTable(const PageOptions& options, ImageCache* cache) : options_(options), cache_(cache) {}
   /// The image's place in the table; nothing when it cannot be read.
   std::optional<std::size_t> add(const RunDataset& dataset, TimestampNs t_ns);
   nlohmann::ordered_json take() { return std::move(images_); }
 
  private:
+  std::string jpeg(const RunDataset& dataset, TimestampNs t_ns) const;
+
   PageOptions options_;
+  ImageCache* cache_;
   std::map<std::pair<std::string, TimestampNs>, std::size_t> places_;
   nlohmann::ordered_json images_ = nlohmann::ordered_json::array();
 };
