@@ -6,7 +6,7 @@ set -euo pipefail
 demslam=$1 dataset=$2 work=$3 kills=${4:-50}
 RANDOM=${5:-1}
 options=("${@:6}")
-results=(trajectory.tum odometry.tum covariance.csv frames.jsonl config.toml summary.json)
+results=(trajectory.tum odometry.tum covariance.csv residuals.csv frames.jsonl config.toml summary.json)
 
 mkdir -p "$work"
 rm -rf "$work/whole" "$work/killed"

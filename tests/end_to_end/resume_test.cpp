@@ -10,7 +10,7 @@ namespace {
 using namespace testing_support;
 using testing::HasSubstr;
 
-const std::vector<std::string> kResults = {"trajectory.tum", "odometry.tum", "covariance.csv",
+const std::vector<std::string> kResults = {"trajectory.tum", "odometry.tum", "covariance.csv", "residuals.csv",
                                            "frames.jsonl",   "config.toml",  "summary.json"};
 
 class Resume : public testing::Test {

@@ -2,7 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "program.h"
 
@@ -13,7 +15,7 @@ using namespace testing_support;
 using testing::HasSubstr;
 
 /// Everything a run writes but its wall-clock times.
-const std::vector<std::string> kResults = {"trajectory.tum", "odometry.tum", "covariance.csv",
+const std::vector<std::string> kResults = {"trajectory.tum", "odometry.tum", "covariance.csv", "residuals.csv",
                                            "frames.jsonl",   "config.toml",  "summary.json"};
 
 class Run : public testing::Test {
@@ -53,6 +55,18 @@ TEST_F(Run, TracksEveryFrameAndWritesTheWholeFolder) {
   EXPECT_EQ(summary["counters"]["tracked"], summary["frames_in_dataset"]);
   EXPECT_TRUE(summary["anchored"]);
   EXPECT_GT(summary["counters"]["dem_factors"]["height"], 0);
+}
+
+TEST_F(Run, EveryDemFactorHasItsResidual) {
+  const fs::path output = run("run");
+  const auto counters = nlohmann::json::parse(read_text(output / "summary.json"))["counters"]["dem_factors"];
+  const std::string residuals = read_text(output / "residuals.csv");
+  std::map<std::string, int> count;
+  std::istringstream lines(residuals);
+  for (std::string line; std::getline(lines, line);) ++count[line.substr(0, line.find(','))];
+  EXPECT_EQ(count["dem_height"], counters["height"]) << residuals;
+  EXPECT_EQ(count["dem_normal"], counters["normal"]) << residuals;
+  EXPECT_EQ(count["prior"], 1) << residuals;
 }
 
 TEST_F(Run, EvaluationFindsTheTruthAndTheErrorIsSmall) {

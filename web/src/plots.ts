@@ -25,6 +25,16 @@ interface Group {
   plots: PlotOf[];
 }
 
+/** Factors as the run's own graph holds them; what is drawn is the root mean square of their rows. */
+const FACTOR_KINDS: [string, string, string][] = [
+  ["dem_height", "DEM height factors", "in their own standard deviations"],
+  ["dem_normal", "DEM normal factors", "RMS of 2 rows, in standard deviations"],
+  ["terrain_patch", "Terrain patches", "RMS of the cells, in standard deviations"],
+  ["prior", "Priors and terrain fixes", "RMS of 6 rows, in standard deviations"],
+  ["sun", "Sun directions", "RMS of 2 rows, in standard deviations"],
+  ["skyline", "Skyline", "RMS of the directions, in standard deviations"],
+];
+
 const frames = (run: Run) => run.frames;
 const memoryColumn = (page: Page) => page.runs.flatMap((run) => run.frames.names).find((name) => /^(rss|memory).*_mi?b$/.test(name));
 
@@ -48,6 +58,7 @@ function groupsOf(page: Page): Group[] {
         { title: "Odometry, translation", note: "final poses against the measured step between keyframes", unit: "m", table: (run) => run.residuals["odometry"], column: "translation_m", zero: true },
         { title: "Odometry, rotation", note: "final poses against the measured step between keyframes", unit: "\u00b0", table: (run) => run.residuals["odometry"], column: "rotation_deg", zero: true },
         { title: "Odometry, chi-square", note: "6 degrees of freedom", unit: "1", table: (run) => run.residuals["odometry"], column: "chi_square", log: true },
+        ...FACTOR_KINDS.map(([kind, title, note]) => ({ title, note, unit: "\u03c3", table: (run: Run) => run.residuals[kind], column: "sigmas", points: true, zero: true })),
         { title: "Loop closures, translation", unit: "m", table: (run) => run.residuals["loop"], column: "translation_m", points: true, zero: true },
         { title: "Loop closures, chi-square", note: "6 degrees of freedom", unit: "1", table: (run) => run.residuals["loop"], column: "chi_square", points: true, log: true },
       ],
@@ -199,7 +210,7 @@ export class Plots {
 
   private drawNext(): void {
     const begin = performance.now();
-    while (this.pending.length > 0 && performance.now() - begin < 40) this.pending.shift()!();
+    while (this.pending.length > 0 && performance.now() - begin < 150) this.pending.shift()!();
     if (this.pending.length > 0) requestAnimationFrame(() => this.drawNext());
     else this.onDrawn();
   }

@@ -63,7 +63,7 @@ class Pipe {
 export class Browser {
   static async start({ webgl = true } = {}) {
     const profile = mkdtempSync(join(tmpdir(), "demslam-browser-"));
-    const gl = webgl ? ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-gpu", "--disable-3d-apis"];
+    const gl = webgl ? ["--enable-unsafe-swiftshader"] : ["--disable-3d-apis"];
     const flags = ["--headless", "--no-sandbox", "--disable-dev-shm-usage", "--hide-scrollbars", "--mute-audio",
       "--remote-debugging-pipe", `--user-data-dir=${profile}`, ...gl];
     const child = spawn(findBrowser(), flags, { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });

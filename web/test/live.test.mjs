@@ -78,7 +78,7 @@ test("serves a run to its end, over HTTP and in a browser, and leaves its bytes 
   assert.match(refused.said, /^demslam: error: --live: port \d+ cannot be had.*\n$/);
 
   assert.deepEqual([(await watched).code, (await alone).code], [0, 0]);
-  for (const name of ["trajectory.tum", "odometry.tum", "covariance.csv", "frames.jsonl", "config.toml", "summary.json"]) {
+  for (const name of ["trajectory.tum", "odometry.tum", "covariance.csv", "residuals.csv", "frames.jsonl", "config.toml", "summary.json"]) {
     assert.ok(readFileSync(join(folder, "watched", name)).equals(readFileSync(join(folder, "alone", name))), `${name} differs`);
   }
 

@@ -6,7 +6,7 @@ import { deflateSync, crc32 as builtIn } from "node:zlib";
 
 const FRAMES = 22000;
 const STEP_M = 0.5;
-const EVERY = 4; // frames per keyframe
+const EVERY = 1; // frames per keyframe
 
 /** The same numbers on every call (Lehmer's generator). */
 function randomNumbers(seed) {
@@ -57,9 +57,9 @@ function position(frame, drift) {
 function writeImages(data, random) {
   for (const camera of ["image0", "image1"]) mkdirSync(join(data, camera, "color"), { recursive: true });
   const originals = [];
-  const keyframes = FRAMES / EVERY;
-  for (let i = 0; i < 160; ++i) {
-    const frame = Math.floor((i * (keyframes - 1)) / 159) * EVERY;
+  // The page takes every 2^n-th keyframe and the last one.
+  const frames = [...Array.from({ length: Math.ceil(FRAMES / 64) }, (_, i) => 64 * i), FRAMES - 1];
+  for (const [i, frame] of frames.entries()) {
     for (const camera of ["image0", "image1"]) {
       const file = join(data, camera, "color", `${stamp(frame)}.png`);
       if (originals.length >= 8) linkSync(originals[i % 8], file);
@@ -69,13 +69,22 @@ function writeImages(data, random) {
   }
 }
 
+/** Waves 12 km by 9 km around the map's origin, which is the raster's middle. */
+function demText() {
+  const [rows, cols, cell] = [450, 600, 20];
+  const line = (row) => Array.from({ length: cols }, (_, col) => (40 * Math.sin(col / 17) * Math.cos(row / 23) + 6 * Math.sin((col + 2 * row) / 5)).toFixed(2)).join(" ");
+  const head = { ncols: cols, nrows: rows, xllcorner: -0.5 * cols * cell, yllcorner: -0.5 * rows * cell, cellsize: cell, NODATA_value: -99999 };
+  return [...Object.entries(head).map((entry) => entry.join(" ")), ...Array.from({ length: rows }, (_, row) => line(row))].join("\n") + "\n";
+}
+
 function writeLongRun(folder) {
   const random = randomNumbers(7);
   const [data, run] = [join(folder, "data"), join(folder, "long")];
   mkdirSync(run, { recursive: true });
   writeImages(data, random);
+  writeFileSync(join(data, "dem.asc"), demText());
   writeFileSync(join(data, "calibration.toml"), "baseline_m = 0.3\n[left]\nwidth = 640\nheight = 640\nfx = 500.0\nfy = 500.0\ncx = 319.5\ncy = 319.5\n");
-  const texts = { "frames.jsonl": [], "timings.csv": ["frame,extract_ms,stereo_ms,motion_ms,loop_ms,optimize_ms,total_ms"], "trajectory.tum": [], "odometry.tum": [], "covariance.csv": [`t_ns${",c".repeat(36)}`] };
+  const texts = { "frames.jsonl": [], "timings.csv": ["frame,extract_ms,stereo_ms,motion_ms,loop_ms,optimize_ms,total_ms"], "trajectory.tum": [], "odometry.tum": [], "covariance.csv": [`t_ns${",c".repeat(36)}`], "residuals.csv": ["kind,keyframe,rows,chi_square"] };
   const truth = [];
   const tum = (frame, drift) => `${seconds(frame)} ${position(frame, drift).map((v) => v.toFixed(6)).join(" ")} 0 0 0 1`;
   for (let frame = 0; frame < FRAMES; ++frame) {
@@ -85,12 +94,13 @@ function writeLongRun(folder) {
     texts["trajectory.tum"].push(tum(frame, 5e-5));
     texts["odometry.tum"].push(tum(frame, 2e-3));
     truth.push(`${stamp(frame)},${position(frame, 0).map((v) => v.toFixed(6)).join(",")},1,0,0,0`);
+    if (frame % 10 === 0) for (const [kind, rows] of [["dem_height", 1], ["dem_normal", 2], ["terrain_patch", 200]]) texts["residuals.csv"].push([kind, frame / EVERY, rows, (2 * rows * random()).toFixed(3)].join(","));
     if (frame % EVERY === 0) texts["covariance.csv"].push([stamp(frame), ...Array.from({ length: 36 }, (_, i) => (i % 7 === 0 ? 0.01 + frame * 1e-5 : 0))].join(","));
   }
   for (const [name, lines] of Object.entries(texts)) writeFileSync(join(run, name), lines.join("\n") + "\n");
   writeFileSync(join(data, "gt.txt"), truth.join("\n") + "\n");
   writeFileSync(join(run, "config.toml"), "[odometry]\nmethod = \"window\"\n");
-  writeFileSync(join(run, "summary.json"), JSON.stringify({ demslam: "0.1.0", inputs: { dataset: data, format: "demslam" }, frames_asked: FRAMES, counters: { frames: FRAMES, tracked: FRAMES, keyframes: FRAMES / EVERY } }));
+  writeFileSync(join(run, "summary.json"), JSON.stringify({ demslam: "0.1.0", inputs: { dataset: data, format: "demslam", dem: { path: join(data, "dem.asc") } }, frames_asked: FRAMES, counters: { frames: FRAMES, tracked: FRAMES, keyframes: FRAMES / EVERY } }));
 }
 
 writeLongRun(process.argv[2]);

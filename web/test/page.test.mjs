@@ -72,7 +72,7 @@ const lastKeyframeOnPlan = (page) =>
     const canvas = document.querySelector("#plan");
     const { width, height } = canvas;
     const pixels = new Uint32Array(canvas.getContext("2d").getImageData(0, 0, width, height).data.buffer);
-    const inDot = (u, v) => [-1, 0, 1].every((du) => [-1, 0, 1].every((dv) => pixels[(v + dv) * width + u + du] === 0xffffb03d));
+    const inDot = (u, v) => [[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]].every(([du, dv]) => pixels[(v + dv) * width + u + du] === 0xffffb03d);
     const box = canvas.getBoundingClientRect();
     for (let u = width - 2; u > 0; --u) {
       for (let v = 1; v < height - 1; ++v) {
@@ -124,6 +124,21 @@ test("follows the system's theme and the reader's choice", { skip }, async () =>
   assert.notEqual(light[1], dark[1]);
   await page.evaluate("localStorage.clear()");
   assert.deepEqual(page.problems, []);
+});
+
+test("shows the plan where the browser has no WebGL", { skip }, async () => {
+  const without = await Browser.start({ webgl: false });
+  try {
+    const page = await without.page();
+    await page.open(pathToFileURL(report).href);
+    await page.until(`document.documentElement.dataset.drawn`);
+    await page.settle();
+    assert.equal(await page.evaluate(`document.querySelector(".stage").dataset.mode`), "plan");
+    assert.ok((await coloursOf(page, "#plan")) > 100, "the plan is empty");
+    assert.match(await textOf(page, ".stage-message"), /no WebGL/);
+  } finally {
+    await without.close();
+  }
 });
 
 test("fits a phone", { skip }, async () => {

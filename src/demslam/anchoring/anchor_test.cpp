@@ -4,6 +4,9 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
+
+#include "demslam/anchoring/factor_kind.h"
 
 namespace demslam {
 namespace {
@@ -59,6 +62,29 @@ TEST(DemAnchor, BringsADriftingHeightBackToTheTerrain) {
                     kLever);
     graph.optimize();
     EXPECT_NEAR(end_height_error_m(graph, *dem), 0.0, 0.1);
+  }
+}
+
+TEST(DemAnchor, EachFactorHasItsResidualInItsOwnStandardDeviationsWhateverTheKernelAndTheShift) {
+  const auto dem = std::make_shared<Dem>(waves());
+  for (const double sigma_shift_m : {0.0, 5.0}) {
+    PoseGraph graph = climbing(*dem);
+    add_dem_factors(graph, dem,
+                    {.sigma_dem_m = 0.1,
+                     .sigma_contact_m = 0.0,
+                     .normal = false,
+                     .gate = false,
+                     .sigma_bias_m = sigma_shift_m,
+                     .sigma_shift_m = sigma_shift_m},
+                    kLever);
+    std::map<std::string, std::vector<FactorResidual>> residuals;
+    for (const FactorResidual& r : graph.residuals(factor_kind)) residuals[r.kind].push_back(r);
+    EXPECT_EQ(residuals["prior"].size(), 1U);
+    ASSERT_EQ(residuals["dem_height"].size(), 20U);  // every second keyframe
+    const FactorResidual& last = residuals["dem_height"].back();
+    EXPECT_EQ(last.rows, 1U);
+    EXPECT_EQ(last.keyframe, 38U);
+    EXPECT_NEAR(std::sqrt(last.chi_square), 0.02 * 38 / 0.1, 0.1);
   }
 }
 

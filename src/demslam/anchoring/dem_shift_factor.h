@@ -19,6 +19,7 @@ class DemShiftFactor : public gtsam::NoiseModelFactor2<gtsam::Pose3, gtsam::Vect
                               boost::optional<gtsam::Matrix&> H_shift = boost::none) const override;
   bool active(const gtsam::Values& values) const override;
   gtsam::NonlinearFactor::shared_ptr clone() const override;
+  const PoseFactor& on_fixed_dem() const { return *factor_; }
 
  private:
   boost::shared_ptr<const PoseFactor> factor_;

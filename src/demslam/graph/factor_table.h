@@ -24,6 +24,8 @@ class FactorTable {
   void set_link(const Factor& factor, std::size_t keyframe);
 
   std::size_t size() const { return rows_.size(); }
+  /// Those under one keyframe, without its link.
+  const std::vector<Factor>& of(std::size_t keyframe) const { return rows_.at(keyframe).factors; }
   /// Those under the keyframes begin <= k < end.
   void append_to(gtsam::NonlinearFactorGraph& graph, std::size_t begin, std::size_t end) const;
   /// Does a factor under keyframe `begin` or later speak of this variable, or may one come that does?

@@ -8,10 +8,7 @@
 #include <vector>
 
 #include "demslam/geometry/pose.h"
-
-namespace gtsam {
-class NonlinearFactor;
-}
+#include "demslam/graph/factor_residual.h"
 
 namespace demslam {
 
@@ -125,6 +122,8 @@ class PoseGraph {
   double chi_square(const RelativePose& measurement) const;
   /// The same from odometry alone, which no loop can have misled; nothing where a link of the chain is missing.
   std::optional<double> odometry_chi_square(const RelativePose& measurement) const;
+  /// Of every active factor that `kind_of` names, in the order of keyframes; of odometry and loops see chi_square().
+  std::vector<FactorResidual> residuals(const FactorKindOf& kind_of) const;
 
  private:
   struct State;

@@ -88,7 +88,7 @@ std::string script_safe(const std::string& json) {
 }  // namespace
 
 std::string page_data(const Report& report, const PageOptions& options, ImageCache* cache) {
-  std::vector<std::string> notes;
+  std::vector<std::string> notes = report.notes;
   std::optional<Dem> dem;
   if (report.dem)
     dem.emplace(read_dem(*report.dem));

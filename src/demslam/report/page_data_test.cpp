@@ -89,6 +89,24 @@ TEST(PageData, ErrorsAreThoseOfTheEvaluation) {
   EXPECT_EQ(shown["distance_along"], "truth");
 }
 
+TEST(PageData, ReadsLusnarsTruthInItsOwnAxesAsTheEvaluationDoes) {
+  const test::SmallRun run(41);
+  std::filesystem::rename(run.dataset() / "gt.txt", run.dataset() / "Rover_pose.txt");
+  const json page = data_of(run);
+  const Trajectory truth = read_truth(run.dataset() / "Rover_pose.txt").poses;
+  EXPECT_FLOAT_EQ(floats(page["truth"]["z_m"]).back(), static_cast<float>(truth.back().pose.translation().z()));
+  EXPECT_EQ(page["runs"][0]["distance_along"], "truth");
+}
+
+TEST(PageData, ATruthThatCannotBeUsedIsARemarkUnlessItWasAskedFor) {
+  const test::SmallRun run(9);
+  std::ofstream(run.dataset() / "gt.txt") << "nonsense\n";
+  const json page = data_of(run);
+  EXPECT_TRUE(page["runs"][0]["evaluation"].is_null());
+  EXPECT_THAT(page["notes"].dump(), HasSubstr("run: no errors are shown"));
+  EXPECT_THROW(read_report({run.run()}, run.dataset() / "gt.txt", std::nullopt), Error);
+}
+
 TEST(PageData, TerrainHasTheDemsHeights) {
   const test::SmallRun run(41);
   const json terrain = data_of(run)["terrain"];
@@ -117,6 +135,14 @@ TEST(PageData, ResidualsOfTheMapsFactorsAreMeasuredAgainstTheFinalPoses) {
   const json odometry = data_of(run)["runs"][0]["residuals"]["odometry"];
   EXPECT_THAT(floats(odometry["translation_m"]), testing::AllOf(SizeIs(10), Each(FloatNear(0.01F, 1e-6F))));
   EXPECT_THAT(floats(odometry["chi_square"]), Each(FloatNear(1.0F, 1e-4F)));  // 0.01^2 / 1e-4
+}
+
+TEST(PageData, ResidualsOfTheOtherFactorsAreInStandardDeviationsPerRow) {
+  const test::SmallRun run(41);
+  const json residuals = data_of(run)["runs"][0]["residuals"];
+  EXPECT_THAT(floats(residuals["dem_height"]["sigmas"]), testing::ElementsAre(2.0F));
+  EXPECT_THAT(floats(residuals["terrain_patch"]["sigmas"]), testing::ElementsAre(2.0F));
+  EXPECT_THAT(floats(residuals["terrain_patch"]["distance_m"]), testing::ElementsAre(4.0F));
 }
 
 TEST(PageData, WithoutAMapTheOdometryIsMeasuredBetweenTheTrajectories) {

@@ -1,7 +1,11 @@
 #include "demslam/report/internal/residual_json.h"
 
+#include <cmath>
 #include <limits>
+#include <map>
+#include <ranges>
 
+#include "demslam/base/text.h"
 #include "demslam/report/internal/packed.h"
 #include "demslam/report/residuals.h"
 
@@ -59,6 +63,26 @@ Json of_trajectories(const ReportRun& run, const std::vector<KeyframePose>& keyf
 Json residuals_json(const ReportRun& run, const std::vector<KeyframePose>& keyframes, const DistanceAxis& distance,
                     const MapStore* map) {
   return map != nullptr ? of_map(*map, distance) : of_trajectories(run, keyframes, distance);
+}
+
+Json factor_residuals_json(const ReportRun& run, const std::vector<KeyframePose>& keyframes,
+                           const DistanceAxis& distance, std::size_t max_rows) {
+  const std::filesystem::path file = run.folder / "residuals.csv";
+  if (!std::filesystem::exists(file)) return Json::object();
+  std::map<std::int64_t, TimestampNs> t_ns;
+  for (const KeyframePose& keyframe : keyframes) t_ns[static_cast<std::int64_t>(keyframe.number)] = keyframe.t_ns;
+  std::map<std::string, Columns> kinds;
+  const TextTable table = read_table(file);
+  for (const TextRow& row : table.rows | std::views::drop(1)) {
+    const auto at = t_ns.find(table.integer(row, 1));
+    if (at == t_ns.end()) continue;  // a keyframe that was bridged
+    Columns& columns = kinds.try_emplace(row.fields[0], Columns{{"distance_m", {}}, {"sigmas", {}}}).first->second;
+    columns[0].values.push_back(static_cast<float>(distance.at(at->second)));
+    columns[1].values.push_back(static_cast<float>(std::sqrt(table.number(row, 3) / table.number(row, 2))));
+  }
+  Json json = Json::object();
+  for (const auto& [kind, columns] : kinds) json[kind] = packed(envelope(columns, max_rows));
+  return json;
 }
 
 Columns terrain_residuals(const std::vector<KeyframePose>& keyframes, const DistanceAxis& distance, const Dem& dem,

@@ -161,6 +161,7 @@ void add_factors_and_views(const ReportRun& run, const std::vector<KeyframePose>
   if (map) rig = map->header().rig;
   if (dataset) rig = dataset->rig();
   json["residuals"] = residuals_json(run, keyframes, distance, map ? &*map : nullptr);
+  json["residuals"].update(factor_residuals_json(run, keyframes, distance, context.share.rows));
   if (context.dem != nullptr && rig) {
     json["terrain_residuals"] =
         packed(thinned(terrain_residuals(keyframes, distance, *context.dem, rig->p_body_ground), context.share.rows));

@@ -8,6 +8,7 @@
 #include "demslam/base/error.h"
 #include "demslam/base/text.h"
 #include "demslam/evaluation/trajectory_io.h"
+#include "demslam/evaluation/truth.h"
 #include "demslam/report/map_picture.h"
 
 namespace demslam {
@@ -20,17 +21,9 @@ constexpr std::array<Colour, 5> kRunColours{
     {{213, 94, 0}, {0, 114, 178}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}}};
 constexpr Colour kTruthColour{250, 250, 250};
 
-nlohmann::json parsed_summary(const ReportRun& run) {
-  const auto json = nlohmann::json::parse(run.summary, nullptr, false);
-  if (json.is_discarded()) throw Error(run.folder.string() + ": no run folder (summary.json is missing or broken)");
-  return json;
-}
-
-std::optional<fs::path> dem_of(const ReportRun& run) {
-  const nlohmann::json summary = parsed_summary(run);
-  const nlohmann::json::json_pointer path("/inputs/dem/path");
-  if (!summary.contains(path)) return std::nullopt;
-  return fs::path(summary[path].get<std::string>());
+void check_summary(const ReportRun& run) {
+  if (nlohmann::json::accept(run.summary)) return;
+  throw Error(run.folder.string() + ": no run folder (summary.json is missing or broken)");
 }
 
 std::string text_or_empty(const fs::path& file) { return fs::exists(file) ? read_text(file) : std::string(); }
@@ -40,17 +33,23 @@ std::string name_of(const fs::path& folder) {
   return path.has_filename() ? path.filename().string() : path.parent_path().filename().string();
 }
 
-ReportRun read_run(const fs::path& folder, const std::optional<fs::path>& truth) {
+ReportRun read_run(const fs::path& folder) {
   ReportRun run{.name = name_of(folder), .folder = folder, .summary = text_or_empty(folder / "summary.json")};
-  parsed_summary(run);
+  check_summary(run);
   run.config = text_or_empty(folder / "config.toml");
   run.trajectory = read_trajectory(folder / "trajectory.tum").poses;
   if (fs::exists(folder / "odometry.tum")) run.odometry = read_trajectory(folder / "odometry.tum").poses;
   run.frames = read_frame_lines(folder);
   run.timings = read_timings(folder);
   run.covariances = read_covariances(folder);
-  if (truth) run.evaluation = evaluate_run(folder, truth, {});
   return run;
+}
+
+/// Read as `demslam evaluate` reads it; geodetic truths go through the report's DEM.
+void add_truth(Report& report, ReportRun& run, const std::optional<fs::path>& truth) {
+  if (!truth) return;
+  if (!report.truth) report.truth = read_truth(*truth, {.dem = report.dem}).file.poses;
+  run.evaluation = evaluate_run(run.folder, truth, {}, {.dem = report.dem});
 }
 
 std::string label_of(const ReportRun& run) {
@@ -71,12 +70,18 @@ std::vector<MapTrack> tracks_of(const Report& report) {
 
 Report read_report(const std::vector<fs::path>& runs, const std::optional<fs::path>& truth,
                    const std::optional<fs::path>& dem) {
-  Report report{.runs = {}, .truth = {}, .dem = dem};
+  Report report{.runs = {}, .truth = {}, .dem = dem, .notes = {}};
   for (const fs::path& folder : runs) {
-    const auto true_file = truth ? truth : find_truth(folder);
-    if (true_file && !report.truth) report.truth = read_truth(*true_file).poses;
-    report.runs.push_back(read_run(folder, true_file));
-    if (!report.dem) report.dem = dem_of(report.runs.back());
+    report.runs.push_back(read_run(folder));
+    if (!report.dem) report.dem = dem_of_run(folder);
+  }
+  for (ReportRun& run : report.runs) {
+    try {
+      add_truth(report, run, truth_file(run.folder, truth));
+    } catch (const Error& error) {
+      if (truth) throw;  // asked for
+      report.notes.push_back(run.name + ": no errors are shown (" + error.what() + ")");
+    }
   }
   return report;
 }

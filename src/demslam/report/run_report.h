@@ -29,9 +29,11 @@ struct Report {
   std::vector<ReportRun> runs;
   std::optional<Trajectory> truth;
   std::optional<std::filesystem::path> dem;  ///< the first anchored run's
+  std::vector<std::string> notes;            ///< what could not be read
 };
 
-/// Throws Error when a run folder is incomplete. `truth` and `dem` replace what the runs name.
+/// Throws Error when a run folder is incomplete. `truth` and `dem` replace what the runs name. A truth that was found
+/// with a run's dataset and cannot be used is a note.
 Report read_report(const std::vector<std::filesystem::path>& runs, const std::optional<std::filesystem::path>& truth,
                    const std::optional<std::filesystem::path>& dem);
 

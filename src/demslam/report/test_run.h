@@ -89,6 +89,7 @@ class SmallRun {
     folder_.text("run/timings.csv", timings);
     folder_.text("run/trajectory.tum", tum_text(trajectory(0.1, 0.2)));
     folder_.text("run/odometry.tum", tum_text(trajectory(0.1, 0.2)));
+    folder_.text("run/residuals.csv", "kind,keyframe,rows,chi_square\ndem_height,1,1,4\nterrain_patch,2,25,100\n");
     folder_.text("run/config.toml", "[odometry]\nmethod = \"window\" # </script>\n");
     folder_.text(
         "run/summary.json",

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "demslam/anchoring/factor_kind.h"
 #include "demslam/anchoring/sky_factors.h"
 #include "demslam/base/error.h"
 #include "demslam/graph/pose_graph.h"
@@ -287,6 +288,7 @@ SlamResult Backend::finish() {
   result.trajectory = s.trajectory([&](std::size_t k) { return s.graph.T_map_body(k); });
   result.odometry = s.trajectory([&](std::size_t k) { return s.keyframes[k].T_map_body_odometry; });
   result.keyframes = s.keyframe_estimates();
+  result.residuals = s.graph.residuals(factor_kind);
   result.counters = s.counters;
   result.counters.keyframes = s.keyframes.size();
   result.counters.loops = s.loops.counters();

@@ -61,6 +61,7 @@ struct SlamResult {
   Trajectory trajectory;  ///< T_map_body of every tracked frame, after the last optimisation
   Trajectory odometry;    ///< the same frames from odometry alone
   std::vector<KeyframeEstimate> keyframes;
+  std::vector<FactorResidual> residuals;  ///< of all factors but odometry and loops (anchoring/factor_kind.h)
   SlamCounters counters;
 };
 

@@ -42,6 +42,13 @@ std::string covariance_text(const std::vector<KeyframeEstimate>& keyframes) {
   return text;
 }
 
+std::string residuals_text(const std::vector<FactorResidual>& residuals) {
+  std::string text = "kind,keyframe,rows,chi_square\n";
+  for (const FactorResidual& r : residuals)
+    text += fmt::format("{},{},{},{:.6g}\n", r.kind, r.keyframe, r.rows, r.chi_square);
+  return text;
+}
+
 std::size_t count_lines(const std::string& text) { return std::ranges::count(text, '\n'); }
 
 /// The header and the first `count` lines of an earlier part of the run, as far as they are there.
@@ -119,6 +126,7 @@ void RunFolder::write_result(const SlamResult& result, const LocalFrame* frame) 
   write_file_atomically(path_ / "trajectory.tum", tum_text(result.trajectory));
   write_file_atomically(path_ / "odometry.tum", tum_text(result.odometry));
   write_file_atomically(path_ / "covariance.csv", covariance_text(result.keyframes));
+  write_file_atomically(path_ / "residuals.csv", residuals_text(result.residuals));
   if (frame != nullptr && !frame->crs_wkt.empty()) {
     write_file_atomically(path_ / "trajectory.geojson", geojson_track(result.trajectory, *frame, "trajectory"));
   }

@@ -14,6 +14,7 @@ namespace demslam {
 /// The files of a run (docs/run-folder.md):
 ///   trajectory.tum   anchored poses T_map_body of all tracked frames      odometry.tum   the same without DEM and
 ///   loops covariance.csv   6x6 per keyframe                                     frames.jsonl   one record per frame
+///   residuals.csv    chi-square of every DEM, sun, skyline and prior factor at the end
 ///   config.toml      effective options                                    summary.json   inputs, counts, versions
 ///   map.db           the map (docs/map.md), from which an interrupted run goes on
 ///   timings.csv      wall-clock per frame, the one file that differs between two identical runs
