@@ -36,10 +36,8 @@ const FACTOR_KINDS: [string, string, string][] = [
 ];
 
 const frames = (run: Run) => run.frames;
-const memoryColumn = (page: Page) => page.runs.flatMap((run) => run.frames.names).find((name) => /^(rss|memory).*_mi?b$/.test(name));
 
-function groupsOf(page: Page): Group[] {
-  const memory = memoryColumn(page) ?? "memory_mib";
+function groupsOf(): Group[] {
   return [
     {
       title: "Error over distance",
@@ -76,7 +74,7 @@ function groupsOf(page: Page): Group[] {
       missing: "The runs wrote no timings.csv.",
       plots: [
         { title: "Time per frame", note: "wall clock", unit: "ms", table: frames, column: "total_ms", zero: true },
-        { title: "Memory", note: "resident set of the process", unit: "MiB", table: frames, column: memory, zero: true },
+        { title: "Memory", note: "resident set of the process", unit: "MiB", table: frames, column: "rss_mib", zero: true },
       ],
     },
   ];
@@ -204,7 +202,7 @@ export class Plots {
     const idle = this.pending.length === 0;
     this.pending = [];
     const runs = visibleRuns(this.page, this.store.state);
-    this.element.replaceChildren(...groupsOf(this.page).map((group) => this.group(group, runs)));
+    this.element.replaceChildren(...groupsOf().map((group) => this.group(group, runs)));
     if (idle) requestAnimationFrame(() => this.drawNext());
   }
 

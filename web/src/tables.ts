@@ -41,6 +41,7 @@ const METRICS: Metric[] = [
   { group: "RPE, RMSE", name: "rotation", unit: "\u00b0", of: evaluated("rpe_rotation_rmse_deg"), decimals: 4, best: "least" },
   { group: "Covariance", name: "mean NEES", unit: "", of: evaluated("nees_mean"), decimals: 2 },
   { group: "Cost", name: "time per frame", unit: "ms", of: (run) => run.data.timings["total_ms"]?.median ?? NaN, decimals: 0, best: "least" },
+  { group: "Cost", name: "memory", unit: "MiB", of: (run) => run.data.timings["rss_mib"]?.max ?? NaN, decimals: 0, best: "least" },
 ];
 
 function completion(run: Run): number {
@@ -67,7 +68,7 @@ export function methodOf(page: Page): string {
   const evaluation = page.runs.find((run) => run.data.evaluation)?.data.evaluation;
   if (!evaluation) return "No ground truth: nothing to evaluate.";
   const alignment = { none: "no alignment", first: "first pose aligned", se3: "SE(3) Umeyama alignment", sim3: "Sim(3) Umeyama alignment" }[String(evaluation["alignment"])] ?? String(evaluation["alignment"]);
-  return `ATE: ${alignment}, except where the column names another. RPE: ${evaluation["rpe"]}. Time: median, wall clock. Bold: best of the runs.`;
+  return `ATE: ${alignment}, except where the column names another. RPE: ${evaluation["rpe"]}. Time: median, wall clock. Memory: most. Bold: best of the runs.`;
 }
 
 /** The runs side by side. */

@@ -7,6 +7,7 @@
 
 #include "demslam/base/archive.h"
 #include "demslam/base/error.h"
+#include "demslam/base/memory.h"
 #include "demslam/base/random.h"
 #include "demslam/base/sha256.h"
 
@@ -14,6 +15,13 @@ namespace demslam {
 namespace {
 
 TEST(Error, NamesFileAndLine) { EXPECT_STREQ(Error::at("a.toml", 3, "no such key").what(), "a.toml:3: no such key"); }
+
+TEST(ResidentMemory, GrowsByWhatIsWritten) {
+  const double before_mib = resident_mib();
+  const std::vector<char> block(64 << 20, 'x');
+  EXPECT_GT(before_mib, 1.0);
+  EXPECT_NEAR(resident_mib() - before_mib, 64.0, 8.0) << block.front();
+}
 
 TEST(Random, IsTheSameForTheSameSeedAndStream) {
   Random a(7, 1), b(7, 1), c(7, 2);

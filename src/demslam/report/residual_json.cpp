@@ -75,7 +75,8 @@ Json factor_residuals_json(const ReportRun& run, const std::vector<KeyframePose>
   const TextTable table = read_table(file);
   for (const TextRow& row : table.rows | std::views::drop(1)) {
     const auto at = t_ns.find(table.integer(row, 1));
-    if (at == t_ns.end()) continue;  // a keyframe that was bridged
+    const bool start = row.fields[0] == "prior" && table.integer(row, 1) == 0;
+    if (at == t_ns.end() || start) continue;  // a keyframe that was bridged; what the run was told
     Columns& columns = kinds.try_emplace(row.fields[0], Columns{{"distance_m", {}}, {"sigmas", {}}}).first->second;
     columns[0].values.push_back(static_cast<float>(distance.at(at->second)));
     columns[1].values.push_back(static_cast<float>(std::sqrt(table.number(row, 3) / table.number(row, 2))));

@@ -133,6 +133,7 @@ Json timing_statistics(const Columns& timings) {
   Json json = Json::object();
   for (const Column& timing : timings) {
     const ColumnStatistics s = statistics_of(timing);
+    if (s.count == 0) continue;  // a replay has no frames to time
     json[timing.name] = {{"mean", s.mean}, {"median", s.median}, {"p95", s.p95}, {"max", s.max}};
   }
   return json;

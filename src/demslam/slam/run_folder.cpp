@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "demslam/base/error.h"
+#include "demslam/base/memory.h"
 #include "demslam/base/text.h"
 #include "demslam/dem/geo_track.h"
 #include "demslam/slam/frame_json.h"
@@ -53,7 +54,7 @@ std::size_t count_lines(const std::string& text) { return std::ranges::count(tex
 
 /// The header and the first `count` lines of an earlier part of the run, as far as they are there.
 std::string kept_timings(const std::filesystem::path& file, std::size_t count) {
-  std::string text = "frame,extract_ms,stereo_ms,motion_ms,loop_ms,optimize_ms,store_ms,total_ms\n";
+  std::string text = "frame,extract_ms,stereo_ms,motion_ms,loop_ms,optimize_ms,store_ms,total_ms,rss_mib\n";
   std::ifstream stream(file);
   std::string line;
   std::getline(stream, line);
@@ -115,9 +116,9 @@ void RunFolder::write_config(const std::string& toml) { write_file_atomically(pa
 void RunFolder::append(const FrameRecord& record) {
   const OdometryTimings& t = record.odometry.timings;
   frames_ << frame_json(record) << "\n" << std::flush;
-  timings_ << fmt::format("{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", record.index, t.extract_ms,
+  timings_ << fmt::format("{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.1f}\n", record.index, t.extract_ms,
                           t.stereo_ms, t.motion_ms, record.loop_ms, record.optimize_ms, record.store_ms,
-                          record.total_ms)
+                          record.total_ms, resident_mib())
            << std::flush;
   if (!frames_ || !timings_) throw Error((path_ / "frames.jsonl").string() + ": cannot be written (disk full?)");
 }

@@ -17,7 +17,7 @@ namespace demslam {
 ///   residuals.csv    chi-square of every DEM, sun, skyline and prior factor at the end
 ///   config.toml      effective options                                    summary.json   inputs, counts, versions
 ///   map.db           the map (docs/map.md), from which an interrupted run goes on
-///   timings.csv      wall-clock per frame, the one file that differs between two identical runs
+///   timings.csv      wall-clock and memory per frame, the one file that differs between two identical runs
 ///   trajectory.geojson   longitude, latitude, height, when the DEM has a CRS
 /// Results are written to temporary names and renamed, so that a reader never sees half a file.
 class RunFolder {
