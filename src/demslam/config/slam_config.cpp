@@ -31,6 +31,8 @@ void motion_fields(Io& io, O& o) {
   io.field("min_inlier_ratio", o.min_inlier_ratio);
   io.field("pixel_sigma_px", o.pixel_sigma_px);
   io.field("disparity_sigma_px", o.disparity_sigma_px);
+  io.field("use_far_points", o.use_far_points);
+  io.field("far_sigma_px", o.far_sigma_px);
   io.field("seed", o.seed);
 }
 

@@ -53,10 +53,7 @@ struct Statistics {
 class Solver {
  public:
   Solver(const RectifiedRig& rig, const StereoNoise& noise, const Bundle& bundle)
-      : rig_(rig),
-        observation_information_(noise.b.cwiseAbs2().cwiseInverse()),
-        host_information_(1.0 / (noise.a.z() * noise.a.z())),
-        bundle_(bundle) {}
+      : rig_(rig), noise_(noise), bundle_(bundle) {}
 
   NormalEquations linearise() const;
   double cost() const;
@@ -77,25 +74,29 @@ class Solver {
     return bundle_error(rig_, bundle_.T_world_left[landmark.host], bundle_.T_world_left[observation.view], host_pixel,
                         observation.pixel);
   }
-  Eigen::Vector3d information_of(const BundleObservation& observation) const {
-    Eigen::Vector3d information = observation_information_;
-    if (!has_disparity(observation.pixel)) information.z() = 0.0;
+  Eigen::Matrix3d information_of(const BundleObservation& observation) const {
+    const Eigen::Matrix3d covariance = noise_.covariance_b(observation.pixel, observation.covariance);
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    information.topLeftCorner<2, 2>() = covariance.topLeftCorner<2, 2>().inverse();
+    if (has_disparity(observation.pixel)) information(2, 2) = 1.0 / covariance(2, 2);
     return information;
   }
   double chi_square(const BundleObservation& observation, const BundleError& error) const {
-    return error.error.cwiseAbs2().dot(information_of(observation));
+    return error.error.dot(information_of(observation) * error.error);
+  }
+  double host_information(const BundleLandmark& landmark) const {
+    return 1.0 / noise_.covariance_a(landmark.measured)(2, 2);
   }
   double host_chi_square(const BundleLandmark& landmark) const {
     const double error = landmark.measured.z() - landmark.disparity_px;
-    return error * error * host_information_;
+    return error * error * host_information(landmark);
   }
   void add_observation(const BundleObservation& observation, NormalEquations& equations) const;
   void eliminate_landmarks(const NormalEquations& equations, double damping, Eigen::MatrixXd& H,
                            Eigen::VectorXd& b) const;
 
   const RectifiedRig& rig_;
-  Eigen::Vector3d observation_information_;
-  double host_information_;
+  StereoNoise noise_;
   Bundle bundle_;
 };
 
@@ -103,15 +104,15 @@ void Solver::add_observation(const BundleObservation& observation, NormalEquatio
   const BundleError error = error_of(observation);
   if (!error.in_front) return;
   const double chi2 = chi_square(observation, error);
-  const Eigen::Vector3d information = robust_weight(chi2) * information_of(observation);
+  const Eigen::Matrix3d information = robust_weight(chi2) * information_of(observation);
   const std::array<int, 2> views = {bundle_.landmarks[observation.landmark].host, observation.view};
   const std::array<const Eigen::Matrix<double, 3, 6>*, 2> jacobians = {&error.by_host, &error.by_view};
   LandmarkBlock& landmark = equations.landmarks[observation.landmark];
-  const Eigen::Vector3d weighted = information.cwiseProduct(error.by_disparity);
+  const Eigen::Vector3d weighted = information * error.by_disparity;
   landmark.H += weighted.dot(error.by_disparity);
   landmark.b -= weighted.dot(error.error);
   for (int i = 0; i < 2; ++i) {
-    const Eigen::Matrix<double, 6, 3> JtW = jacobians[i]->transpose() * information.asDiagonal();
+    const Eigen::Matrix<double, 6, 3> JtW = jacobians[i]->transpose() * information;
     equations.b.segment<6>(6 * views[i]) -= JtW * error.error;
     landmark.couple(views[i], JtW * error.by_disparity);
     for (int j = 0; j < 2; ++j) equations.H.block<6, 6>(6 * views[i], 6 * views[j]) += JtW * *jacobians[j];
@@ -124,7 +125,7 @@ NormalEquations Solver::linearise() const {
   equations.landmarks.resize(bundle_.landmarks.size());
   for (std::size_t i = 0; i < bundle_.landmarks.size(); ++i) {
     const BundleLandmark& landmark = bundle_.landmarks[i];
-    const double information = robust_weight(host_chi_square(landmark)) * host_information_;
+    const double information = robust_weight(host_chi_square(landmark)) * host_information(landmark);
     equations.landmarks[i].H = information;
     equations.landmarks[i].b = information * (landmark.measured.z() - landmark.disparity_px);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "demslam/odometry/correspondence.h"
@@ -19,6 +20,7 @@ struct BundleLandmark {
 struct BundleObservation {
   int landmark = 0, view = 0;
   StereoPixel pixel;
+  std::optional<Eigen::Matrix3d> covariance;  ///< of (u, v, d); none: as StereoNoise says
 };
 
 /// Stereo bundle adjustment over a few views. View 0 is held fixed.

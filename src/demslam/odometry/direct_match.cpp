@@ -16,6 +16,7 @@ namespace {
 constexpr float kMinCorrelation = 0.8F;
 constexpr double kMinScale = 0.4, kMaxScale = 2.5;  // of a patch between the views
 constexpr double kMinDepthM = 1e-3;
+constexpr double kLeastSigmaPx = 0.1;  // of any alignment: patches are not quite planes
 
 /// A point of a as it should appear in b.
 struct Prediction {
@@ -37,8 +38,8 @@ std::optional<Prediction> predict(const RectifiedRig& rig, const PatchPoint& poi
 
 }  // namespace
 
-std::optional<StereoPixel> find_directly(const RectifiedRig& rig, const StereoView& a, const PatchPoint& point,
-                                         const StereoView& b, const Pose& T_b_a) {
+std::optional<DirectSighting> find_directly(const RectifiedRig& rig, const StereoView& a, const PatchPoint& point,
+                                            const StereoView& b, const Pose& T_b_a) {
   const std::optional<Prediction> predicted = predict(rig, point, T_b_a);
   if (!predicted) return std::nullopt;
   const Eigen::Vector2f pixel_a = point.pixel.head<2>().cast<float>(), guess_b = predicted->b.head<2>().cast<float>();
@@ -47,7 +48,11 @@ std::optional<StereoPixel> find_directly(const RectifiedRig& rig, const StereoVi
   const auto guess_disparity = static_cast<float>(predicted->b.z());
   const auto disparity = align_disparity(*b.left, *b.right, aligned->pixel, guess_disparity);
   const bool good = disparity && disparity->correlation >= kMinCorrelation && disparity->disparity_px > 0.0F;
-  return StereoPixel(aligned->pixel.x(), aligned->pixel.y(), good ? disparity->disparity_px : 0.0);
+  DirectSighting sighting{.pixel = {aligned->pixel.x(), aligned->pixel.y(), good ? disparity->disparity_px : 0.0},
+                          .covariance = kLeastSigmaPx * kLeastSigmaPx * Eigen::Matrix3d::Identity()};
+  sighting.covariance.topLeftCorner<2, 2>() += aligned->covariance_px2.cast<double>();
+  if (good) sighting.covariance(2, 2) += disparity->variance_px2;
+  return sighting;
 }
 
 std::vector<Correspondence> match_directly(const RectifiedRig& rig, const StereoView& a, const StereoView& b,
@@ -58,7 +63,8 @@ std::vector<Correspondence> match_directly(const RectifiedRig& rig, const Stereo
   const auto find = [&](std::size_t i) {
     if (!features.has_depth(i)) return;
     const PatchPoint point{features.stereo_pixel(i), features.disparity_slope[i]};
-    if (const auto b_pixel = find_directly(rig, a, point, b, T_b_a)) found[i] = Correspondence{point.pixel, *b_pixel};
+    if (const auto seen = find_directly(rig, a, point, b, T_b_a))
+      found[i] = Correspondence{point.pixel, seen->pixel, seen->covariance};
   };
   oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, found.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) find(i);
@@ -73,9 +79,7 @@ std::vector<Correspondence> match_directly(const RectifiedRig& rig, const Stereo
 Motion refine_directly(const RectifiedRig& rig, const StereoView& a, const StereoView& b, const Motion& motion,
                        const MotionOptions& options) {
   const std::vector<Correspondence> direct = match_directly(rig, a, b, motion.T_a_b);
-  const double pixel = options.aligned_sigma_px, disparity = options.disparity_sigma_px;
-  const StereoNoise noise{.a = {0.0, 0.0, disparity}, .b = {pixel, pixel, disparity}};
-  const std::optional<RefinedPose> refined = refine_pose(rig, direct, noise, motion.T_a_b);
+  const std::optional<RefinedPose> refined = refine_pose(rig, direct, aligned_noise(rig, options), motion.T_a_b);
   if (!refined || refined->inliers < motion.inliers) return motion;
   return {.ok = true,
           .T_a_b = refined->T_a_b,

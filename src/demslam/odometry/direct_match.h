@@ -24,11 +24,17 @@ struct PatchPoint {
   Eigen::Vector2f slope = Eigen::Vector2f::Zero();  ///< d(disparity) / d(u, v) around it
 };
 
+/// A point found by aligning a patch, with the covariance of (u, v, d).
+struct DirectSighting {
+  StereoPixel pixel;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
 /// Finds a point of view a in view b by aligning its patch, from a pose known to a pixel or two: (u, v, d) exact to a
 /// tenth of a pixel, with no need of a feature detected twice. The patch is warped by the motion and the slope of the
 /// surface. d = 0 where the right image of b shows something else; none where the point is not seen.
-std::optional<StereoPixel> find_directly(const RectifiedRig& rig, const StereoView& a, const PatchPoint& point,
-                                         const StereoView& b, const Pose& T_b_a);
+std::optional<DirectSighting> find_directly(const RectifiedRig& rig, const StereoView& a, const PatchPoint& point,
+                                            const StereoView& b, const Pose& T_b_a);
 
 /// All points of a with a depth that are found in b.
 std::vector<Correspondence> match_directly(const RectifiedRig& rig, const StereoView& a, const StereoView& b,

@@ -10,7 +10,7 @@ namespace demslam {
 
 /// How the right image is searched for a left keypoint. The defaults suit images of 0.1 to 2 megapixels.
 struct DisparityOptions {
-  double min_disparity_px = 0.5;
+  double min_disparity_px = -1.0;  ///< of points far away come out around zero; what is found is at least 0.05
   double max_disparity_px = 256.0;
   double uniqueness = 0.95;  ///< the best place must be this much better than any other, as a ratio of costs
   double left_right_tolerance_px = 1.5;

@@ -30,11 +30,28 @@ Motion failed(const std::string& what, int matches, int inliers) {
 
 }  // namespace
 
+double far_disparity_px(const RectifiedRig& rig, const MotionOptions& options) {
+  constexpr double kLeastPx = 0.5;  // below, no alignment of patches tells near from far
+  return std::max({kLeastPx, rig.disparity_px(options.max_depth_m),
+                   rig.disparity_px(options.max_depth_baselines * rig.baseline_m)});
+}
+
+StereoNoise detected_noise(const RectifiedRig& rig, const MotionOptions& options) {
+  const Eigen::Vector3d sigma(options.pixel_sigma_px, options.pixel_sigma_px, options.disparity_sigma_px);
+  return {
+      .a = sigma, .b = sigma, .far_disparity_px = far_disparity_px(rig, options), .far_sigma_px = options.far_sigma_px};
+}
+
+StereoNoise aligned_noise(const RectifiedRig& rig, const MotionOptions& options) {
+  StereoNoise noise = detected_noise(rig, options);
+  noise.a.head<2>().setZero();
+  return noise;
+}
+
 StereoFeatures match_stereo(const RectifiedRig& rig, Features left_features, const Image& left, const Image& right,
                             const MotionOptions& options) {
   DisparityOptions search;
-  search.min_disparity_px = std::max({search.min_disparity_px, rig.disparity_px(options.max_depth_m),
-                                      rig.disparity_px(options.max_depth_baselines * rig.baseline_m)});
+  if (!options.use_far_points) search.min_disparity_px = far_disparity_px(rig, options);
   search.max_disparity_px = std::min<double>(rig.width, rig.disparity_px(options.min_depth_m));
   StereoFeatures features;
   Disparities found = find_disparities(left, right, left_features.keypoints, search);
@@ -59,9 +76,7 @@ Motion estimate_motion(const RectifiedRig& rig, const std::vector<Correspondence
                              .seed = options.seed};
   const std::optional<Pose> initial = find_pose(rig, correspondences, ransac, guess_T_a_b);
   if (!initial) return failed("inliers", matches, 0);
-  const Eigen::Vector3d sigma(options.pixel_sigma_px, options.pixel_sigma_px, options.disparity_sigma_px);
-  const StereoNoise noise{.a = sigma, .b = sigma};
-  const std::optional<RefinedPose> refined = refine_pose(rig, correspondences, noise, *initial);
+  const std::optional<RefinedPose> refined = refine_pose(rig, correspondences, detected_noise(rig, options), *initial);
   if (!refined) return failed("inliers", matches, 0);
   if (refined->inliers < options.min_inliers) return failed("inliers", matches, refined->inliers);
   return {.ok = true,

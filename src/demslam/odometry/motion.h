@@ -26,19 +26,28 @@ struct StereoFeatures {
 
 struct MotionOptions {
   double min_depth_m = 0.3, max_depth_m = 60.0;
-  /// Farther points are not triangulated: what is left of calibration errors biases small disparities, and with them
-  /// the scale of the motion (the idea of ORB-SLAM2's close points, there 40 baselines, Mur-Artal and Tardos 2017,
-  /// III-A; ground seen from a rover's mast needs more).
+  /// Farther points, and those beyond max_depth_m, count by their direction: it ties the rotation down, while what is
+  /// left of calibration errors biases small disparities, and with them the scale of the motion (ORB-SLAM2's close and
+  /// far points, there from 40 baselines, Mur-Artal and Tardos 2017, III-A; ground seen from a rover's mast needs
+  /// more).
   double max_depth_baselines = 80.0;
+  bool use_far_points = true;
   double ransac_threshold_px = 2.0;
   int ransac_iterations = 300;
   int min_inliers = 15;
   double min_inlier_ratio = 0.5;     ///< of the matches that must agree with a motion
   double pixel_sigma_px = 0.7;       ///< standard deviation of a keypoint coordinate, for weights and covariance
   double disparity_sigma_px = 0.25;  ///< standard deviation of a disparity; patches align better than keypoints repeat
-  double aligned_sigma_px = 0.2;     ///< standard deviation of a pixel found by aligning a patch of the other view
+  double far_sigma_px = 1.0;         ///< standard deviation of a far point's disparity, errors of calibration included
   std::uint64_t seed = 1;
 };
+
+/// Disparity below which a point is far.
+double far_disparity_px(const RectifiedRig& rig, const MotionOptions& options);
+
+/// Noise of keypoints detected in both views, and of those of a that b was searched for by aligning patches.
+StereoNoise detected_noise(const RectifiedRig& rig, const MotionOptions& options);
+StereoNoise aligned_noise(const RectifiedRig& rig, const MotionOptions& options);
 
 /// Relative motion between two stereo views.
 struct Motion {
@@ -51,7 +60,8 @@ struct Motion {
   double rms_px = 0.0;  ///< reprojection error of the inliers
 };
 
-/// Finds the disparity of each left keypoint along the row of the right image (disparity.h) within the depth limits.
+/// Finds the disparity of each left keypoint along the row of the right image (disparity.h) ; a far
+/// one where they are used.
 StereoFeatures match_stereo(const RectifiedRig& rig, Features left_features, const Image& left, const Image& right,
                             const MotionOptions& options);
 

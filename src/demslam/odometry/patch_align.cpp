@@ -119,6 +119,12 @@ bool sample_upright(const Image& image, const Eigen::Vector2f& pixel, Patch& val
   return true;
 }
 
+/// Per pixel, from the sum of squares left over; interpolated neighbours share their noise.
+float grey_variance(float squared_residual) {
+  constexpr float kPixelsPerMeasurement = 4.0F;
+  return squared_residual * kPixelsPerMeasurement / static_cast<float>(kSide * kSide);
+}
+
 }  // namespace
 
 std::optional<AlignedDisparity> align_disparity(const Image& left, const Image& right, const Eigen::Vector2f& pixel,
@@ -133,18 +139,23 @@ std::optional<AlignedDisparity> align_disparity(const Image& left, const Image& 
 
   Warp warp(disparity_px, 0.0F, 0.0F, 0.0F);
   Patch values;
-  float correlation = 0.0F;
+  float correlation = 0.0F, residual = 0.0F;
   for (int i = 0; i < kIterations; ++i) {
     if (!sample_right(right, pixel, warp, values)) return std::nullopt;
     const float values_norm = values.norm();
     if (values_norm < 1.0F) return std::nullopt;
     correlation = reference->values.dot(values) / (norm * values_norm);
-    const Warp step = solver.solve(J.transpose() * (values * (norm / values_norm) - reference->values));
+    const Patch left_over = values * (norm / values_norm) - reference->values;
+    residual = left_over.squaredNorm();
+    const Warp step = solver.solve(J.transpose() * left_over);
     warp += step;
     if (!is_plausible(warp, disparity_px)) return std::nullopt;
     if (std::abs(step[0]) < kConvergedPx) break;
   }
-  return AlignedDisparity{.disparity_px = warp[0], .slope = warp.segment<2>(1), .correlation = correlation};
+  return AlignedDisparity{.disparity_px = warp[0],
+                          .slope = warp.segment<2>(1),
+                          .correlation = correlation,
+                          .variance_px2 = grey_variance(residual) * solver.solve(Warp::UnitX()).x()};
 }
 
 std::optional<AlignedPixel> align_pixel(const Image& a, const Eigen::Vector2f& pixel_a, const Image& b,
@@ -158,19 +169,21 @@ std::optional<AlignedPixel> align_pixel(const Image& a, const Eigen::Vector2f& p
 
   Eigen::Vector2f pixel = guess_b;
   Patch values;
-  float correlation = 0.0F;
+  float correlation = 0.0F, residual = 0.0F;
   for (int i = 0; i < kIterations; ++i) {
     if (!sample_upright(b, pixel, values)) return std::nullopt;
     const float values_norm = values.norm();
     if (values_norm < 1.0F) return std::nullopt;
     correlation = reference->values.dot(values) / (norm * values_norm);
-    const Eigen::Vector2f step =
-        H_inverse * (reference->gradient.transpose() * (values * (norm / values_norm) - reference->values));
+    const Patch left_over = values * (norm / values_norm) - reference->values;
+    residual = left_over.squaredNorm();
+    const Eigen::Vector2f step = H_inverse * (reference->gradient.transpose() * left_over);
     pixel -= step;
     if ((pixel - guess_b).norm() > kMaxShiftPx) return std::nullopt;
     if (step.norm() < kConvergedPx) break;
   }
-  return AlignedPixel{.pixel = pixel, .correlation = correlation};
+  return AlignedPixel{
+      .pixel = pixel, .correlation = correlation, .covariance_px2 = grey_variance(residual) * H_inverse};
 }
 
 }  // namespace demslam

@@ -23,6 +23,7 @@ struct AlignedDisparity {
   float disparity_px = 0.0F;
   Eigen::Vector2f slope = Eigen::Vector2f::Zero();  ///< d(disparity) / d(u, v): how the surface lies
   float correlation = 0.0F;                         ///< normalised, of the aligned patches
+  float variance_px2 = 0.0F;                        ///< of the disparity, see AlignedPixel
 };
 
 /// Aligns the patch around `pixel` of the left image with the right image: Lucas-Kanade along the row with disparity
@@ -35,6 +36,8 @@ std::optional<AlignedDisparity> align_disparity(const Image& left, const Image& 
 struct AlignedPixel {
   Eigen::Vector2f pixel;
   float correlation = 0.0F;
+  /// What is left between the aligned patches, over their gradients: small across edges, large along them.
+  Eigen::Matrix2f covariance_px2 = Eigen::Matrix2f::Zero();
 };
 
 /// Finds the patch around `pixel_a` of one image in another near `guess_b`: Lucas-Kanade (inverse compositional) in two

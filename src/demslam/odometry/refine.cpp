@@ -86,7 +86,8 @@ TransferError transfer_error(const RectifiedRig& rig, const Correspondence& corr
   if (!result.in_front) return result;
   const Eigen::Matrix3d H = projection_jacobian(rig, p_b);
   const Eigen::Matrix3d G = H * T_a_b.rotation_matrix().transpose() * unprojection_jacobian(rig, correspondence.a);
-  const Eigen::Matrix3d S_a = noise.a.cwiseAbs2().asDiagonal(), S_b = noise.b.cwiseAbs2().asDiagonal();
+  const Eigen::Matrix3d S_a = noise.covariance_a(correspondence.a),
+                        S_b = noise.covariance_b(correspondence.b, correspondence.covariance_b);
   result.error = correspondence.b - project(rig, p_b);
   result.jacobian = -H * point_jacobian(p_b);
   result.covariance = S_b + G * S_a * G.transpose();

@@ -47,9 +47,7 @@ std::optional<Motion> Window::add(const StereoView& view, const Pose& T_newest_l
   }
   members_.push_back(std::move(newest));
   Bundle bundle = make_bundle();
-  const double pixel = options_.aligned_sigma_px, disparity = options_.disparity_sigma_px;
-  const StereoNoise noise{.a = {0.0, 0.0, disparity}, .b = {pixel, pixel, disparity}};
-  const BundleReport report = optimize_bundle(rig_, noise, bundle);
+  const BundleReport report = optimize_bundle(rig_, aligned_noise(rig_, options_), bundle);
   if (!report.ok) {
     restart(view);
     return std::nullopt;
@@ -71,19 +69,19 @@ int Window::sight_landmarks(const Member& newest) {
   int found = 0;
   for (Member& host : members_) {
     const Pose T_newest_host = newest.T_world_left.inverse() * host.T_world_left;
-    std::vector<std::optional<StereoPixel>> pixels(host.landmarks.size());
-    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, pixels.size(), 32), [&](const auto& range) {
+    std::vector<std::optional<DirectSighting>> seen(host.landmarks.size());
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, seen.size(), 32), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         if (!host.landmarks[i].in_sight) continue;
         PatchPoint point = host.landmarks[i].point;
         point.pixel.z() = host.landmarks[i].disparity_px;
-        pixels[i] = find_directly(rig_, host.view, point, newest.view, T_newest_host);
+        seen[i] = find_directly(rig_, host.view, point, newest.view, T_newest_host);
       }
     });
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      host.landmarks[i].in_sight = pixels[i].has_value();
-      if (!pixels[i]) continue;
-      host.landmarks[i].sightings.push_back({newest.id, *pixels[i]});
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      host.landmarks[i].in_sight = seen[i].has_value();
+      if (!seen[i]) continue;
+      host.landmarks[i].sightings.push_back({newest.id, *seen[i]});
       ++found;
     }
   }
@@ -100,7 +98,8 @@ Bundle Window::make_bundle() const {
       const int index = static_cast<int>(bundle.landmarks.size());
       bundle.landmarks.push_back({host, landmark.point.pixel, landmark.disparity_px});
       for (const Sighting& sighting : landmark.sightings) {
-        bundle.observations.push_back({index, static_cast<int>(sighting.member - first_id), sighting.pixel});
+        bundle.observations.push_back(
+            {index, static_cast<int>(sighting.member - first_id), sighting.seen.pixel, sighting.seen.covariance});
       }
     }
   }

@@ -39,11 +39,11 @@ class Window {
  private:
   struct Sighting {
     std::size_t member = 0;
-    StereoPixel pixel;
+    DirectSighting seen;
 
     template <class Archive>
     friend void archive(Archive& io, Sighting& s) {
-      io(s.member, s.pixel);
+      io(s.member, s.seen.pixel, s.seen.covariance);
     }
   };
   struct Landmark {
