@@ -1,9 +1,9 @@
 #include "demslam/report/live_report.h"
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
-#include "demslam/base/error.h"
 #include "demslam/report/run_snapshot.h"
 
 namespace demslam {
@@ -50,7 +50,7 @@ void LiveReport::make() {
   std::string data;
   try {
     data = ended_ ? data_of(run_, options_, images_) : data_of(RunSnapshot(run_).path(), options_, images_);
-  } catch (const Error&) {  // nothing to show yet; what was shown before stays
+  } catch (const std::exception&) {  // nothing to show yet; what was shown before stays, and the run is not harmed
     if (!state_.data) data = page_data({}, options_);
   }
   if (!data.empty()) state_ = {state_.number + 1, std::make_shared<const std::string>(std::move(data))};

@@ -58,8 +58,7 @@ struct LiveServer::State {
     if (last) text += event("end", "{}");
     if (!sink.write(text.data(), text.size())) return false;
     if (last) sink.done();
-    for (auto slept = kLook * 0; slept < 5 * kLook && !last && !ended && !stopped; slept += kLook)
-      std::this_thread::sleep_for(kLook);
+    for (int looks = 0; looks < 5 && !last && !ended && !stopped; ++looks) std::this_thread::sleep_for(kLook);
     return true;
   }
 
