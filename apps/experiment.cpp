@@ -10,6 +10,8 @@ void add_experiment(CLI::App& app) {
   add_terrain_experiment(*experiments);
   add_published_experiments(*experiments);
   add_fixes_experiment(*experiments);
+  add_loops_experiment(*experiments);
+  add_scale_experiment(*experiments);
 }
 
 }  // namespace demslam::apps

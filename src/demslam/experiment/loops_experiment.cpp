@@ -277,14 +277,67 @@ LoopsRun compare(const LoopsExperiment& e, bool anchored, std::uint64_t seed) {
   return run;
 }
 
+using Json = nlohmann::ordered_json;
+
+/// Name and place of every figure of a run.
+template <class Run, class Visit>
+void visit_figures(Run& run, const Visit& visit) {
+  visit("anchored", run.anchored);
+  visit("seed", run.seed);
+  visit("injected", run.injected);
+  visit("plausible", run.plausible);
+  visit("false_accepted", run.false_accepted);
+  visit("false_left", run.false_left);
+  visit("true_accepted", run.true_accepted);
+  visit("true_left", run.true_left);
+  visit("true_accepted_without_false", run.true_accepted_clean);
+  visit("rejected_later", run.rejected_later);
+  visit("ate_m", run.ate_m);
+  visit("ate_without_false_m", run.ate_clean_m);
+  visit("apart_m", run.apart_m);
+}
+
+Json json_of(const LoopsRun& run) {
+  Json json;
+  visit_figures(run, [&](const char* name, const auto& value) { json[name] = value; });
+  return json;
+}
+
+Json inputs_of(const LoopsExperiment& e) {
+  return {{"lap_m", e.lap_m},
+          {"step_m", e.step_m},
+          {"laps", e.laps},
+          {"false_loops", e.false_loops},
+          {"group_sizes", e.group_sizes},
+          {"rotation_deg_per_sqrt_m", e.odometry.rotation_deg_per_sqrt_m},
+          {"translation_m_per_sqrt_m", e.odometry.translation_m_per_sqrt_m},
+          {"scale_sigma", e.odometry.scale_sigma},
+          {"rotation_bias_deg_per_m", e.odometry.rotation_bias_deg_per_m}};
+}
+
+LoopsRun finish(const LoopsExperiment& e, bool anchored, std::uint64_t seed, const FinishedRuns* finished) {
+  const std::string name = fmt::format("{}_{}", anchored ? "anchored" : "odometry", seed);
+  const std::string inputs = inputs_of(e).dump();
+  if (const auto earlier = finished != nullptr ? finished->load(name, inputs) : std::nullopt) {
+    const Json json = Json::parse(*earlier);
+    LoopsRun run;
+    visit_figures(run, [&](const char* figure, auto& value) { json.at(figure).get_to(value); });
+    return run;
+  }
+  const LoopsRun run = compare(e, anchored, seed);
+  if (finished != nullptr) finished->save(name, inputs, json_of(run).dump());
+  return run;
+}
+
 }  // namespace
 
-std::vector<LoopsRun> loops_experiment(const LoopsExperiment& experiment, const Progress& progress) {
+std::vector<LoopsRun> loops_experiment(const LoopsExperiment& experiment, const FinishedRuns* finished,
+                                       const Progress& progress) {
   std::vector<LoopsRun> runs;
   const std::size_t total = experiment.anchored.size() * static_cast<std::size_t>(experiment.seeds);
   for (const bool anchored : experiment.anchored) {
     for (int seed = 0; seed < experiment.seeds && !progress.stop_requested(); ++seed) {
-      runs.push_back(compare(experiment, anchored, experiment.seed + static_cast<std::uint64_t>(seed)));
+      runs.push_back(finish(experiment, anchored, experiment.seed + static_cast<std::uint64_t>(seed), finished));
       progress.report(runs.size(), total);
     }
   }
@@ -308,22 +361,8 @@ Table loops_table(const std::vector<LoopsRun>& runs) {
 }
 
 std::string loops_json(const std::vector<LoopsRun>& runs) {
-  nlohmann::ordered_json all = nlohmann::ordered_json::array();
-  for (const LoopsRun& r : runs) {
-    all.push_back({{"anchored", r.anchored},
-                   {"seed", r.seed},
-                   {"injected", r.injected},
-                   {"plausible", r.plausible},
-                   {"false_accepted", r.false_accepted},
-                   {"false_left", r.false_left},
-                   {"true_accepted", r.true_accepted},
-                   {"true_left", r.true_left},
-                   {"true_accepted_without_false", r.true_accepted_clean},
-                   {"rejected_later", r.rejected_later},
-                   {"ate_m", r.ate_m},
-                   {"ate_without_false_m", r.ate_clean_m},
-                   {"apart_m", r.apart_m}});
-  }
+  Json all = Json::array();
+  for (const LoopsRun& run : runs) all.push_back(json_of(run));
   return all.dump(1) + "\n";
 }
 

@@ -6,6 +6,7 @@
 
 #include "demslam/base/progress.h"
 #include "demslam/evaluation/table.h"
+#include "demslam/experiment/finished_runs.h"
 #include "demslam/experiment/traverse.h"
 
 namespace demslam {
@@ -35,8 +36,10 @@ struct LoopsRun {
   int rejected_later = 0;  ///< as the loop closure counts them
 };
 
-/// The runs finished when `progress` asks to stop.
-std::vector<LoopsRun> loops_experiment(const LoopsExperiment& experiment, const Progress& progress = {});
+/// The runs finished when `progress` asks to stop; those that `finished` holds are not made again, new ones are put
+/// there.
+std::vector<LoopsRun> loops_experiment(const LoopsExperiment& experiment, const FinishedRuns* finished = nullptr,
+                                       const Progress& progress = {});
 
 Table loops_table(const std::vector<LoopsRun>& runs);
 std::string loops_json(const std::vector<LoopsRun>& runs);

@@ -49,6 +49,10 @@ CliqueCovariance::CliqueCovariance(const gtsam::GaussianConditional& conditional
   covariance_.topLeftCorner(frontal, frontal) += cross * gain.transpose();
 }
 
+gtsam::GaussianBayesTree::shared_ptr eliminated(const gtsam::GaussianFactorGraph& graph) {
+  return graph.eliminateMultifrontal(gtsam::Ordering::Metis(graph));
+}
+
 void for_each_clique(const gtsam::GaussianBayesTree& tree,
                      const std::function<void(const gtsam::GaussianConditional&, const CliqueCovariance&)>& visit) {
   using Clique = gtsam::GaussianBayesTree::sharedClique;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gtsam/linear/GaussianBayesTree.h>
+#include <gtsam/linear/GaussianFactorGraph.h>
 
 #include <functional>
 #include <map>
@@ -28,6 +29,9 @@ class CliqueCovariance {
   std::map<gtsam::Key, Range> begin_;
   gtsam::Matrix covariance_;
 };
+
+/// As a Bayes tree, in nested-dissection order.
+gtsam::GaussianBayesTree::shared_ptr eliminated(const gtsam::GaussianFactorGraph& graph);
 
 /// Visits every clique from the roots down, each with its joint covariance: all marginals, and those of all variables
 /// that share a factor, in one pass that is linear in the number of cliques.

@@ -4,10 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <set>
 #include <utility>
-
-#include "demslam/graph/loop_consistency.h"
 
 namespace demslam {
 namespace {
@@ -23,13 +20,6 @@ double horizontal_sigma_m(const Pose& T_map_body, const Matrix6d& covariance) {
   const Eigen::Matrix3d R = T_map_body.rotation_matrix();
   const Eigen::Matrix3d of_position = R * covariance.bottomRightCorner<3, 3>() * R.transpose();
   return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(of_position.topLeftCorner<2, 2>()).eigenvalues()[1]);
-}
-
-Matrix6d floor_covariance(const LoopOptions& options) {
-  Vector6d variance;
-  variance.head<3>().setConstant(std::pow(options.sigma_floor_deg * kRadPerDeg, 2));
-  variance.tail<3>().setConstant(std::pow(options.sigma_floor_m, 2));
-  return variance.asDiagonal();
 }
 
 constexpr double kCell_m = 10.0;
@@ -50,6 +40,13 @@ void merge(std::vector<LoopResult>& results, std::vector<LoopResult> changed) {
 }
 
 }  // namespace
+
+Matrix6d LoopOptions::floor_covariance() const {
+  Vector6d variance;
+  variance.head<3>().setConstant(std::pow(sigma_floor_deg * kRadPerDeg, 2));
+  variance.tail<3>().setConstant(std::pow(sigma_floor_m, 2));
+  return variance.asDiagonal();
+}
 
 LoopClosure::LoopClosure(const LoopOptions& options, const Pose& T_body_left, LoopVerifier verify,
                          AppearanceSource appearance)
@@ -112,10 +109,7 @@ LoopResult LoopClosure::consider(const PoseGraph& graph, std::size_t i, const Mo
   ++counters_.proposed;
   counters_.verified += result.status != LoopStatus::not_matched;
   counters_.rejected += result.status == LoopStatus::inconsistent;
-  if (result.status == LoopStatus::unconfirmed) {
-    waiting_.push_back(candidates_.size());
-    candidates_.push_back({result, result.chi_square <= options_.gate, std::nullopt});
-  }
+  if (result.status == LoopStatus::unconfirmed) waiting_.push_back(result);
   return result;
 }
 
@@ -131,7 +125,7 @@ LoopResult LoopClosure::measured(const PoseGraph& graph, std::size_t i, const Mo
   }
   const Matrix6d A = T_body_left_.adjoint();
   result.measurement.T_i_j = T_body_left_ * motion.T_a_b * T_body_left_.inverse();
-  result.measurement.covariance = A * motion.covariance * A.transpose() + floor_covariance(options_);
+  result.measurement.covariance = A * motion.covariance * A.transpose() + options_.floor_covariance();
   judge(graph, result);
   return result;
 }

@@ -28,6 +28,8 @@ struct LoopOptions {
   double confirming_radius_m = 20.0;  ///< and at most this much
   double agreement_gate = 12.59;      ///< chi-square between two loops that agree, 95 %
   double spacing_m = 5.0;             ///< path after accepted loops without trying for others
+
+  Matrix6d floor_covariance() const;
 };
 
 enum class LoopStatus {
@@ -35,7 +37,7 @@ enum class LoopStatus {
   unconfirmed,   ///< plausible, waiting for other loops that agree
   not_matched,   ///< the images do not show it
   inconsistent,  ///< neither the graph nor the odometry can believe it
-  rejected,      ///< nobody confirmed it, or it is outnumbered by loops that contradict it
+  rejected,      ///< nobody confirmed it
   switched_off   ///< accepted once, contradicted later; it may come back as accepted
 };
 
@@ -69,9 +71,8 @@ using AppearanceSource = std::function<std::vector<std::size_t>(std::size_t keyf
 /// Loop closure that prefers none to a false one. Old keyframes near the newest one by the present estimate and its
 /// covariance (or, where three sigma exceed the largest radius, those that look like it) are verified by their images;
 /// what is plausible waits until other keyframes' loops agree with it, pairwise, through the odometry between them.
-/// Such a group enters the graph if the graph believes it and no group in it contradicts it, or if it outnumbers those
-/// that do, together with earlier groups that were refused; then those are switched off. The caller optimises; the
-/// graph may still switch single loops off.
+/// Such a group enters the graph as one loop, right or wrong as a whole. The caller optimises; every batch holds
+/// each group against all the rest of the graph and switches off what does not fit.
 class LoopClosure {
  public:
   LoopClosure(const LoopOptions& options, const Pose& T_body_left, LoopVerifier verify,
@@ -82,18 +83,16 @@ class LoopClosure {
   std::vector<LoopResult> close(PoseGraph& graph);
   /// What the images say of an old keyframe and the newest one, from whatever source; decided on by the next close().
   LoopResult consider(const PoseGraph& graph, std::size_t i, const Motion& motion);
-  /// Only the second part of close(), for the end of a run.
+  /// Accepted loops that the graph has switched off, or on again, since it was last asked.
   std::vector<LoopResult> review(const PoseGraph& graph);
   const LoopCounters& counters() const { return counters_; }
 
  private:
-  /// A loop that the images verify and that is not out of the question.
-  struct Candidate {
-    LoopResult result;
-    bool believed = true;             ///< by the graph; else by the odometry alone
-    std::optional<std::size_t> loop;  ///< its index in the graph, once it was accepted
+  /// Loops that agree; one in the graph.
+  struct Group {
+    std::vector<LoopResult> members;
+    std::size_t loop = 0;  ///< its index in the graph
   };
-  using Group = std::vector<std::size_t>;  ///< candidates that agree
 
   void index_until(const PoseGraph& graph, std::size_t end);
   std::vector<std::size_t> near(const PoseGraph& graph);
@@ -101,14 +100,11 @@ class LoopClosure {
   LoopResult attempt(const PoseGraph& graph, std::size_t i);
   LoopResult measured(const PoseGraph& graph, std::size_t i, const Motion& motion) const;
   void judge(const PoseGraph& graph, LoopResult& result) const;
-  bool agree(const PoseGraph& graph, std::size_t a, std::size_t b) const;
-  Group agreeing(const PoseGraph& graph, std::size_t candidate) const;
-  bool is_confirmed(const PoseGraph& graph, const Group& group) const;
-  bool contradict(const PoseGraph& graph, const Group& a, const Group& b) const;
+  bool agree(const PoseGraph& graph, const RelativePose& a, const RelativePose& b) const;
+  std::vector<std::size_t> agreeing(const PoseGraph& graph, std::size_t first) const;
+  bool is_confirmed(const PoseGraph& graph, const std::vector<std::size_t>& group) const;
   void confirm(PoseGraph& graph, std::vector<LoopResult>& changed);
-  void decide(PoseGraph& graph, Group group, std::vector<LoopResult>& changed);
-  void accept(PoseGraph& graph, const Group& group, std::vector<LoopResult>& changed);
-  void refuse(const Group& group, const char* reason, std::vector<LoopResult>& changed);
+  void accept(PoseGraph& graph, const std::vector<std::size_t>& group, std::vector<LoopResult>& changed);
   void expire(const PoseGraph& graph, std::vector<LoopResult>& changed);
 
   LoopOptions options_;
@@ -118,10 +114,9 @@ class LoopClosure {
   LoopCounters counters_;
   KeyframeGrid grid_;                                     ///< of keyframes far enough behind
   std::size_t indexed_ = 0, batches_ = 0, reviewed_ = 0;  ///< batches: of the graph, when last looked at
-  std::vector<Candidate> candidates_;
-  std::vector<std::size_t> waiting_;       ///< candidates not yet in a group
-  std::vector<Group> accepted_, refused_;  ///< in the order of their confirmation
-  double quiet_until_m_ = 0.0;             ///< path
+  std::vector<LoopResult> waiting_;  ///< plausible ones, not yet in a group, in the order of their coming
+  std::vector<Group> groups_;
+  double quiet_until_m_ = 0.0;  ///< path
 };
 
 }  // namespace demslam

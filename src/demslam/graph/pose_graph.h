@@ -39,7 +39,8 @@ struct SystematicErrors {
 struct PoseGraphOptions {
   SystematicOptions systematic;
   double loop_kernel_sigmas = 3.0;  ///< Cauchy width of loop closures, on the norm of the whitened six-vector
-  double loop_gate = 22.46;         ///< chi-square (6 degrees of freedom, 99.9 %) beyond which a loop is switched off
+  double loop_gate = 22.46;         ///< chi-square (6 degrees of freedom, 99.9 %) against the rest of the graph
+                                    ///< beyond which a batch switches a loop off
   double window_m = 100.0;          ///< path that optimize_recent() keeps in play
   double batch_every = 0.01;        ///< path between two batches in the run, as a share of the path so far
   int max_iterations = 100;
@@ -72,8 +73,10 @@ class PoseGraph {
   std::size_t add_keyframe(const Pose& T_map_body);
   void add_prior(std::size_t keyframe, const Pose& T_map_body, const Matrix6d& covariance);
   void add_odometry(const RelativePose& measurement);
-  /// With a Cauchy kernel; returns its index. i < j.
-  std::size_t add_loop(const RelativePose& measurement);
+  /// One loop closure and its index: measurements that are right or wrong together (their place is taken for another),
+  /// each with a Cauchy kernel. i < j.
+  std::size_t add_loop(std::vector<RelativePose> measurements);
+  std::size_t add_loop(const RelativePose& measurement) { return add_loop(std::vector{measurement}); }
   void add_factor(const boost::shared_ptr<gtsam::NonlinearFactor>& factor);
 
   /// A three-vector that factors of any keyframe may share (a DEM's shift), with a zero-mean prior of these standard
@@ -83,8 +86,8 @@ class PoseGraph {
   void move(std::size_t first, const Pose& T_correction);
 
   /// All keyframes in batch. Throws Error when a keyframe is tied to nothing (no prior, no odometry). Loops that
-  /// contradict the others are switched off, by graduated non-convexity over all loops ever added, so that one switched
-  /// off earlier may come back.
+  /// contradict the others are switched off, by graduated non-convexity over all loops ever added where they contradict
+  /// each other grossly, then one by one against all the rest; one switched off earlier may come back.
   OptimizerReport optimize();
   /// Keyframes from `first` on, at a cost that depends on their number only: what is older is condensed, once, into a
   /// Gaussian on the window's boundary, and keeps its estimate. Factors added later to older keyframes (loop closures)
@@ -98,7 +101,6 @@ class PoseGraph {
   std::size_t variables() const;  ///< keyframes that are not folded, and systematic states
   std::size_t loops() const;      ///< all that were added
   bool loop_is_on(std::size_t loop) const;
-  void switch_loop(std::size_t loop, bool on);
   std::size_t batches() const;                ///< how often everything may have moved
   double path_m(std::size_t keyframe) const;  ///< measured by odometry, since keyframe 0
   const Pose& T_map_body(std::size_t keyframe) const;

@@ -1,6 +1,3 @@
-#include <gtsam/linear/GaussianBayesTree.h>
-#include <gtsam/linear/GaussianFactorGraph.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
@@ -11,10 +8,6 @@
 
 namespace demslam {
 namespace {
-
-gtsam::GaussianBayesTree::shared_ptr eliminated(const gtsam::NonlinearFactorGraph& graph, const gtsam::Values& values) {
-  return graph.linearize(values)->eliminateMultifrontal(gtsam::Ordering::Metis(graph));
-}
 
 /// Moves the covariance of T_map_a to b, rigidly.
 Matrix6d moved(const Matrix6d& covariance, const Pose& T_b_a) {
@@ -39,15 +32,15 @@ struct Marginals {
 void PoseGraph::State::note_newest() {
   const std::size_t newest = poses.size() - 1;
   const gtsam::Key state = gtsam::Symbol('s', stretch_of[newest]);
-  const gtsam::NonlinearFactorGraph graph = problem();
-  for_each_clique(*eliminated(graph, values), [&](const auto& conditional, const CliqueCovariance& covariance) {
-    for (const gtsam::Key key : conditional.frontals()) {
-      if (key == state) systematic_covariance = covariance.block(key, key);
-      if (key != newest) continue;
-      if (!known.empty() && known.back().keyframe == newest) known.pop_back();
-      known.push_back({newest, covariance.block(key, key)});
-    }
-  });
+  for_each_clique(*eliminated(*problem().linearize(values)),
+                  [&](const auto& conditional, const CliqueCovariance& covariance) {
+                    for (const gtsam::Key key : conditional.frontals()) {
+                      if (key == state) systematic_covariance = covariance.block(key, key);
+                      if (key != newest) continue;
+                      if (!known.empty() && known.back().keyframe == newest) known.pop_back();
+                      known.push_back({newest, covariance.block(key, key)});
+                    }
+                  });
 }
 
 std::optional<Matrix6d> PoseGraph::State::known_covariance(std::size_t keyframe) const {
@@ -108,15 +101,16 @@ std::vector<Matrix6d> PoseGraph::covariances(const std::vector<std::size_t>& key
   };
   gtsam::NonlinearFactorGraph everything;
   s.factors.append_to(everything, 0, size());
-  for_each_clique(*eliminated(everything, s.values), [&](const auto& conditional, const CliqueCovariance& covariance) {
-    for (const gtsam::Key key : conditional.frontals()) {
-      if (!is_keyframe(key)) continue;
-      if (const auto wanted = marginals.of.find(key); wanted != marginals.of.end())
-        wanted->second = covariance.block(key, key);
-      keep_across(covariance, key);
-      if (key > 0) keep_across(covariance, s.held_before(key));
-    }
-  });
+  for_each_clique(*eliminated(*everything.linearize(s.values)),
+                  [&](const auto& conditional, const CliqueCovariance& covariance) {
+                    for (const gtsam::Key key : conditional.frontals()) {
+                      if (!is_keyframe(key)) continue;
+                      if (const auto wanted = marginals.of.find(key); wanted != marginals.of.end())
+                        wanted->second = covariance.block(key, key);
+                      keep_across(covariance, key);
+                      if (key > 0) keep_across(covariance, s.held_before(key));
+                    }
+                  });
   std::vector<Matrix6d> result;
   for (const std::size_t k : keyframes) {
     if (!s.folded[k]) {

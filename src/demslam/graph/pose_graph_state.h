@@ -17,8 +17,10 @@ namespace demslam {
 /// something (a prior, a DEM factor, a loop), and the window. A factor on a folded keyframe unfolds it.
 struct PoseGraph::State {
   struct Loop {
-    RelativePose measurement;
-    FactorTable::Factor factor;  ///< null while switched off
+    std::vector<RelativePose> measurements;
+    std::vector<FactorTable::Factor> factors;  ///< none while switched off
+
+    bool is_on() const { return !factors.empty(); }
   };
   /// What was known of a keyframe when it was the newest: never less than what is known of it later.
   struct Known {
@@ -62,9 +64,23 @@ struct PoseGraph::State {
   void place_folded(std::size_t begin);  ///< from this unfolded keyframe on
 
   // Loops.
-  double misfit(const Loop& loop) const;  ///< chi-square by the measurement's covariance alone
+  double misfit(const Loop& loop) const;  ///< mean chi-square by the measurements' covariances alone
   void weigh(Loop& loop, double weight);  ///< 0 takes it out
+  /// Expects the batch to be solved, and leaves one to be solved. Returns how many loops have changed sides.
   int sort_out_loops();
+  bool loops_fit() const;  ///< each within the gate, or switched off and beyond it
+  void graduate();         ///< graduated non-convexity over all loops: for gross contradictions
+  /// Baarda's data snooping, for what hides in a loose graph: the loop that the rest believes least is left out, until
+  /// the rest believes all; then those left out that it believes come back, once.
+  void snoop();
+  /// Chi-square (6 degrees of freedom) of every loop's displacement as a whole against everything else: one pass down
+  /// the Bayes tree, exact where the graph is linear.
+  std::vector<double> against_the_rest() const;
+  /// options.loop_gate, wider where most loops contradict the stated covariances: by the variance of unit weight, from
+  /// their median.
+  double gate_of(const std::vector<double>& chi_squares) const;
+  bool leave_out_the_worst(const std::vector<double>& chi_squares);
+  bool take_back(const std::vector<double>& chi_squares);
   bool batch_is_due() const;
 
   // Covariance.

@@ -186,6 +186,55 @@ TEST(PoseGraph, ALoopThatLaterOnesContradictIsSwitchedOffAndTheEstimateIsAsWitho
     EXPECT_LT((graph.T_map_body(k).translation() - clean.T_map_body(k).translation()).norm(), 1e-3) << k;
 }
 
+/// Nine views around (i, j) whose place is taken for one 0.8 m beside it.
+std::vector<RelativePose> displaced_loop(const std::vector<Pose>& truth, std::size_t i, std::size_t j) {
+  Random random(31);
+  const Pose aside(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.8, 0.0, 0.0));
+  std::vector<RelativePose> loop;
+  for (std::size_t k = 0; k < 9; ++k) {
+    const Pose T_i_j = truth[i + k].inverse() * aside * truth[j + k];
+    loop.push_back({i + k, j + k, T_i_j * Pose::exp(noise(random, kLoop)), kLoop});
+  }
+  return loop;
+}
+
+TEST(PoseGraph, AFalseLoopThatHidesInALooseGraphIsLeftOutOnceTheRestIsTight) {
+  const auto truth = circle(200, 1.0);
+  PoseGraph graph = odometry_graph(truth, 9), clean = odometry_graph(truth, 9);
+  graph.add_loop(displaced_loop(truth, 40, 140));
+  EXPECT_EQ(graph.optimize().loops_switched, 0);  // the odometry of 100 m cannot tell
+  Random random(32);
+  const Matrix6d fix = isotropic(0.05, 0.15);
+  for (std::size_t k = 10; k < truth.size(); k += 10) {
+    const Pose measured = truth[k] * Pose::exp(noise(random, fix));
+    graph.add_prior(k, measured, fix);
+    clean.add_prior(k, measured, fix);
+  }
+  for (const std::size_t k : {190, 193, 196}) {
+    const RelativePose right = between(truth, k - 190, k, kLoop, random);
+    graph.add_loop(right);
+    clean.add_loop(right);
+  }
+  EXPECT_EQ(graph.optimize().loops_switched, 1);
+  EXPECT_FALSE(graph.loop_is_on(0));
+  for (const std::size_t loop : {1, 2, 3}) EXPECT_TRUE(graph.loop_is_on(loop));
+  clean.optimize();
+  for (std::size_t k = 0; k < truth.size(); k += 10)
+    EXPECT_LT((graph.T_map_body(k).translation() - clean.T_map_body(k).translation()).norm(), 1e-3) << k;
+}
+
+TEST(PoseGraph, TrueLoopsStayHoweverManyThereAre) {
+  auto truth = circle(200, 1.0);
+  const auto lap = truth;
+  truth.insert(truth.end(), lap.begin() + 1, lap.end());
+  PoseGraph graph = odometry_graph(truth, 12);
+  Random random(13);
+  for (std::size_t k = 5; k < 195; k += 5) {
+    graph.add_loop({between(truth, k, k + 199, kLoop, random), between(truth, k + 1, k + 200, kLoop, random)});
+  }
+  EXPECT_EQ(graph.optimize().loops_switched, 0);
+}
+
 TEST(PoseGraph, SaysWhatIsNotTied) {
   PoseGraph graph;
   graph.add_keyframe(Pose());

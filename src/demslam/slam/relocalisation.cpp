@@ -55,12 +55,8 @@ void judge(LoopResult& result, double chi_square, const LoopOptions& options) {
 
 RelativePose body_measurement(const Motion& motion, const Pose& T_body_left, const LoopOptions& options) {
   const Matrix6d ad = T_body_left.adjoint();
-  Vector6d floor_sigma;
-  floor_sigma << Eigen::Vector3d::Constant(options.sigma_floor_deg * kRadPerDeg),
-      Eigen::Vector3d::Constant(options.sigma_floor_m);
-  const Matrix6d floor = floor_sigma.cwiseAbs2().asDiagonal();
   return {.T_i_j = T_body_left * motion.T_a_b * T_body_left.inverse(),
-          .covariance = ad * motion.covariance * ad.transpose() + floor};
+          .covariance = ad * motion.covariance * ad.transpose() + options.floor_covariance()};
 }
 
 std::vector<LoopResult> Relocaliser::look(PoseGraph& graph, bool lost, const ViewVerifier& verify) {

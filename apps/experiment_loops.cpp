@@ -1,0 +1,54 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "demslam/base/text.h"
+#include "demslam/evaluation/markdown.h"
+#include "demslam/experiment/loops_experiment.h"
+#include "experiments.h"
+#include "progress_bar.h"
+
+namespace demslam::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  fs::path output;
+  bool quick = false;
+  LoopsExperiment experiment;
+};
+
+void run(Arguments a) {
+  if (a.quick) {
+    a.experiment.laps = 3;
+    a.experiment.seeds = 2;
+    a.experiment.false_loops = 300;
+  }
+  const FinishedRuns finished(a.output);
+  ProgressBar bar("loops", "runs");
+  const std::vector<LoopsRun> runs = loops_experiment(a.experiment, &finished, bar.progress());
+  const Table table = loops_table(runs);
+  write_text(a.output / "loops.md", markdown_table(table));
+  write_text(a.output / "loops.csv", csv_table(table));
+  write_text(a.output / "loops.json", loops_json(runs));
+  fmt::print("{}", text_table(table));
+}
+
+}  // namespace
+
+void add_loops_experiment(CLI::App& experiments) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = experiments.add_subcommand("loops", "false loop closures put into runs that have true ones too");
+  command->add_option("-o,--output", a->output, "folder for tables and finished runs; goes on where it stopped")
+      ->required();
+  command->add_option("--seeds", a->experiment.seeds, "runs, with and without absolute fixes")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--false-loops", a->experiment.false_loops, "in each run")->check(CLI::NonNegativeNumber);
+  command->add_flag("--quick", a->quick, "two shorter runs of each kind, 300 false loops");
+  command->footer("Example:\n  demslam experiment loops --quick -o runs/loops");
+  command->callback([a] { run(*a); });
+}
+
+}  // namespace demslam::apps
