@@ -179,15 +179,15 @@ std::vector<double> PoseGraph::State::against_the_rest() const {
   const auto tree = eliminated(graph);
   const gtsam::VectorValues step = tree->optimize();
   std::vector<double> chi_squares(loops.size());
-  std::vector<bool> known(loops.size());
+  std::vector<bool> tested(loops.size());
   for_each_clique(*tree, [&](const auto& conditional, const CliqueCovariance& joint) {
     for (const gtsam::Key key : conditional.frontals()) {
       for (auto [at, end] = loops_at.equal_range(key); at != end; ++at) {
         const std::size_t l = at->second;
-        if (known[l] || !holds_all(joint, loops[l].measurements)) continue;
+        if (tested[l] || !holds_all(joint, loops[l].measurements)) continue;
         const LinearLoop loop(loops[l].measurements, poses, step);
         chi_squares[l] = loop.displacement(loop.covariance(joint), loops[l].is_on());
-        known[l] = true;
+        tested[l] = true;
       }
     }
   });

@@ -18,22 +18,38 @@ constexpr double kMinScale = 0.4, kMaxScale = 2.5;  // of a patch between the vi
 constexpr double kMinDepthM = 1e-3;
 constexpr double kLeastSigmaPx = 0.1;  // of any alignment: patches are not quite planes
 
-/// A point of a as it should appear in b.
+/// A point of a as it should appear in b, and the homography from offsets around it there to pixels of a.
 struct Prediction {
   StereoPixel b;
-  Eigen::Matrix2f A_b_a;  ///< patch offsets of a into offsets of b
+  Eigen::Matrix3f H_a_b;
 };
 
+/// Pixel of a to pixel of b for the plane of a point: along it the disparity changes with u and v by its slope. In (u,
+/// v, d) a plane is a plane and a motion is projective, so that this is exact.
+Eigen::Matrix3d plane_homography(const RectifiedRig& rig, const PatchPoint& point, const Pose& T_b_a) {
+  const Eigen::Vector2d slope = point.slope.cast<double>();
+  const double disparity_at_origin = point.pixel.z() - slope.dot(point.pixel.head<2>());
+  const double f = rig.focal_px, baseline = rig.baseline_m;
+  Eigen::Matrix3d K, ray;  // ray: baseline times the direction of a pixel
+  K << f, 0.0, rig.cx, 0.0, f, rig.cy, 0.0, 0.0, 1.0;
+  ray << baseline, 0.0, -baseline * rig.cx, 0.0, baseline, -baseline * rig.cy, 0.0, 0.0, baseline * f;
+  const Eigen::RowVector3d disparity(slope.x(), slope.y(), disparity_at_origin);
+  return K * (T_b_a.rotation_matrix() * ray + T_b_a.translation() * disparity);
+}
+
 std::optional<Prediction> predict(const RectifiedRig& rig, const PatchPoint& point, const Pose& T_b_a) {
-  const StereoPixel& a = point.pixel;
-  const Eigen::Vector3d p_b = T_b_a * unproject(rig, a);
+  const Eigen::Vector3d p_b = T_b_a * unproject(rig, point.pixel);
   if (p_b.z() < kMinDepthM) return std::nullopt;
-  const Eigen::Matrix3d J = projection_jacobian(rig, p_b) * T_b_a.rotation_matrix() * unprojection_jacobian(rig, a);
-  // Along the surface d changes with u and v by its slope.
-  const Eigen::Matrix2d A = J.topLeftCorner<2, 2>() + J.topRightCorner<2, 1>() * point.slope.cast<double>().transpose();
-  const double scale = std::sqrt(std::abs(A.determinant()));
-  if (!(A.determinant() > 0.0) || scale < kMinScale || scale > kMaxScale) return std::nullopt;
-  return Prediction{.b = project(rig, p_b), .A_b_a = A.cast<float>()};
+  const StereoPixel b = project(rig, p_b);
+  Eigen::Matrix3d offset = Eigen::Matrix3d::Identity();
+  offset.topRightCorner<2, 1>() = b.head<2>();
+  Eigen::Matrix3d H = plane_homography(rig, point, T_b_a).inverse() * offset;
+  H /= H(2, 2);
+  // At the centre: d(pixel of a) / d(pixel of b).
+  const Eigen::Matrix2d A = H.topLeftCorner<2, 2>() - H.topRightCorner<2, 1>() * H.bottomLeftCorner<1, 2>();
+  const double scale = 1.0 / std::sqrt(std::abs(A.determinant()));
+  if (!(A.determinant() > 0.0) || !(scale > kMinScale && scale < kMaxScale)) return std::nullopt;
+  return Prediction{.b = b, .H_a_b = H.cast<float>()};
 }
 
 }  // namespace
@@ -42,8 +58,7 @@ std::optional<DirectSighting> find_directly(const RectifiedRig& rig, const Stere
                                             const StereoView& b, const Pose& T_b_a) {
   const std::optional<Prediction> predicted = predict(rig, point, T_b_a);
   if (!predicted) return std::nullopt;
-  const Eigen::Vector2f pixel_a = point.pixel.head<2>().cast<float>(), guess_b = predicted->b.head<2>().cast<float>();
-  const auto aligned = align_pixel(*a.left, pixel_a, *b.left, guess_b, predicted->A_b_a);
+  const auto aligned = align_pixel(*a.left, *b.left, predicted->b.head<2>().cast<float>(), predicted->H_a_b);
   if (!aligned || aligned->correlation < kMinCorrelation) return std::nullopt;
   const auto guess_disparity = static_cast<float>(predicted->b.z());
   const auto disparity = align_disparity(*b.left, *b.right, aligned->pixel, guess_disparity);

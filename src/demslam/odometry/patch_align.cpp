@@ -33,16 +33,16 @@ struct Template {
   Eigen::Matrix<float, kSide * kSide, 2> gradient;
 };
 
-/// The patch of an image on a grid that `A` stretches.
-std::optional<Template> make_template(const Image& image, const Eigen::Vector2f& pixel, const Eigen::Matrix2f& A) {
+/// The patch of an image on a grid whose offsets the homography maps to pixels.
+std::optional<Template> make_template(const Image& image, const Eigen::Matrix3f& H) {
   constexpr int kBorder = kHalf + 1, kPitch = 2 * kBorder + 1;
-  const float reach = static_cast<float>(kBorder) * A.cwiseAbs().rowwise().sum().maxCoeff();
-  if (!inside(image, pixel.x(), pixel.y(), reach)) return std::nullopt;
   std::array<float, kPitch * kPitch> grey;
   for (int dv = -kBorder, k = 0; dv <= kBorder; ++dv) {
     for (int du = -kBorder; du <= kBorder; ++du, ++k) {
-      const float x = static_cast<float>(du), y = static_cast<float>(dv);
-      grey[k] = sample(image, pixel.x() + A(0, 0) * x + A(0, 1) * y, pixel.y() + A(1, 0) * x + A(1, 1) * y);
+      const Eigen::Vector3f at = H * Eigen::Vector3f(static_cast<float>(du), static_cast<float>(dv), 1.0F);
+      const float u = at.x() / at.z(), v = at.y() / at.z();
+      if (!(at.z() > 0.0F) || !inside(image, u, v, 0.0F)) return std::nullopt;
+      grey[k] = sample(image, u, v);
     }
   }
   Template result;
@@ -129,7 +129,9 @@ float grey_variance(float squared_residual) {
 
 std::optional<AlignedDisparity> align_disparity(const Image& left, const Image& right, const Eigen::Vector2f& pixel,
                                                 float disparity_px) {
-  const std::optional<Template> reference = make_template(left, pixel, Eigen::Matrix2f::Identity());
+  Eigen::Matrix3f upright = Eigen::Matrix3f::Identity();
+  upright.topRightCorner<2, 1>() = pixel;
+  const std::optional<Template> reference = make_template(left, upright);
   if (!reference) return std::nullopt;
   const DisparityJacobian J = disparity_jacobian(*reference);
   const Eigen::Matrix4f H = disparity_hessian(J);
@@ -158,9 +160,9 @@ std::optional<AlignedDisparity> align_disparity(const Image& left, const Image& 
                           .variance_px2 = grey_variance(residual) * solver.solve(Warp::UnitX()).x()};
 }
 
-std::optional<AlignedPixel> align_pixel(const Image& a, const Eigen::Vector2f& pixel_a, const Image& b,
-                                        const Eigen::Vector2f& guess_b, const Eigen::Matrix2f& A_b_a) {
-  const std::optional<Template> reference = make_template(a, pixel_a, A_b_a.inverse());
+std::optional<AlignedPixel> align_pixel(const Image& a, const Image& b, const Eigen::Vector2f& guess_b,
+                                        const Eigen::Matrix3f& H_a_b) {
+  const std::optional<Template> reference = make_template(a, H_a_b);
   if (!reference) return std::nullopt;
   const float norm = reference->values.norm();
   const Eigen::Matrix2f H = reference->gradient.transpose() * reference->gradient;

@@ -40,10 +40,10 @@ struct AlignedPixel {
   Eigen::Matrix2f covariance_px2 = Eigen::Matrix2f::Zero();
 };
 
-/// Finds the patch around `pixel_a` of one image in another near `guess_b`: Lucas-Kanade (inverse compositional) in two
-/// dimensions, both patches with their mean and gain taken off. `A_b_a` maps offsets of a into offsets of b. None if it
-/// leaves either image or wanders off.
-std::optional<AlignedPixel> align_pixel(const Image& a, const Eigen::Vector2f& pixel_a, const Image& b,
-                                        const Eigen::Vector2f& guess_b, const Eigen::Matrix2f& A_b_a);
+/// Finds a patch of one image in another near `guess_b`: Lucas-Kanade (inverse compositional) in two dimensions, both
+/// patches with their mean and gain taken off. The homography `H_a_b` maps offsets from the patch's centre in b to
+/// pixels of a. None if it leaves either image or wanders off.
+std::optional<AlignedPixel> align_pixel(const Image& a, const Image& b, const Eigen::Vector2f& guess_b,
+                                        const Eigen::Matrix3f& H_a_b);
 
 }  // namespace demslam

@@ -145,7 +145,9 @@ TEST(Rectifier, AlignsTheRowsOfARealPair) {
     if (!features.has_depth(i)) continue;
     const Eigen::Vector2f pixel = features.left.keypoints[i];
     const Eigen::Vector2f guess = pixel - Eigen::Vector2f(features.disparity_px[i], 0.0F);
-    const auto there = align_pixel(left, pixel, right, guess, Eigen::Matrix2f::Identity());
+    Eigen::Matrix3f shift = Eigen::Matrix3f::Identity();
+    shift.topRightCorner<2, 1>() = pixel;
+    const auto there = align_pixel(left, right, guess, shift);
     if (there && there->correlation > 0.9F) offsets.push_back(std::abs(there->pixel.y() - pixel.y()));
   }
   ASSERT_GT(offsets.size(), 300U);

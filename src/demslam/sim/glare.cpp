@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "demslam/sim/lens.h"
+#include "demslam/sim/sun_position.h"
 
 namespace demslam {
 namespace {
@@ -15,10 +16,7 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kMinCosine = 0.17;  // a sun farther than 80 degrees off the axis does not reach the lens
 
 Eigen::Vector3d sun_in_camera(const LightOptions& light, const Pose& T_map_camera) {
-  const double elevation = light.sun_elevation_deg * kRadPerDeg, azimuth = light.sun_azimuth_deg * kRadPerDeg;
-  const Eigen::Vector3d map(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-                            std::sin(elevation));
-  return T_map_camera.rotation().conjugate() * map;
+  return T_map_camera.rotation().conjugate() * sky_direction(light.sun_elevation_deg, light.sun_azimuth_deg);
 }
 
 /// Share of the rays to points of the sun's disc that meet nothing.

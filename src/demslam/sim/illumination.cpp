@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "demslam/base/random.h"
+#include "demslam/sim/sun_position.h"
 
 namespace demslam {
 namespace {
@@ -19,14 +20,6 @@ constexpr float kReliefViewFactor = 0.02F;
 constexpr float kBefore = 2.0F;  // metres before a slope lies the ground that lights it
 
 constexpr double kFullEarth = 0.367 * (6371.0 / 384400.0) * (6371.0 / 384400.0);
-
-/// Towards a body in the sky; azimuth from East to North.
-Vector3f direction_to(double elevation_deg, double azimuth_deg) {
-  const double elevation = elevation_deg * std::numbers::pi / 180.0, azimuth = azimuth_deg * std::numbers::pi / 180.0;
-  return Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-                         std::sin(elevation))
-      .cast<float>();
-}
 
 constexpr int kTurns = 256;
 
@@ -98,11 +91,11 @@ void cast_shadows(RTCScene scene, const int* valid, RTCRay16& rays) {
 
 Illumination::Illumination(const LightOptions& light)
     : reflectance_(light.photometry, light.albedo, light.soil),
-      sun_(direction_to(light.sun_elevation_deg, light.sun_azimuth_deg)),
+      sun_(sky_direction(light.sun_elevation_deg, light.sun_azimuth_deg).cast<float>()),
       disc_(static_cast<float>(light.sun_diameter_deg * std::numbers::pi / 180.0)),
       fill_(static_cast<float>(light.fill * light.albedo * light.albedo) * sun_.z()),
       lamp_(static_cast<float>(light.lamp)),
-      earth_(direction_to(light.earth_elevation_deg, light.earth_azimuth_deg)),
+      earth_(sky_direction(light.earth_elevation_deg, light.earth_azimuth_deg).cast<float>()),
       earthshine_(static_cast<float>(light.earthshine * kFullEarth)) {
   sun_right_ = std::tan(0.5F * disc_) * sun_.unitOrthogonal();
   sun_up_ = sun_.cross(sun_right_);

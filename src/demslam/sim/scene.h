@@ -125,6 +125,7 @@ struct OutputOptions {
   bool lidar = false;    ///< LiDAR/*.txt
   bool imu = false;      ///< imu.txt
   bool wheels = false;   ///< wheels.txt
+  bool sun = false;      ///< sun.csv: a sun sensor of 0.5 degrees and the ephemeris's direction, at every frame
   bool normals = false;  ///< image0/normal/*.pfm: unit normals, map frame
   bool images = true;    ///< false: no frames (images, depth, labels, LiDAR); they are rendered when they are read
 };

@@ -202,6 +202,7 @@ void output_fields(Io& io, O& output) {
   io.field("lidar", output.lidar);
   io.field("imu", output.imu);
   io.field("wheels", output.wheels);
+  io.field("sun", output.sun);
   io.field("normals", output.normals);
   io.field("images", output.images);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <format>
 #include <map>
 #include <numbers>
 
@@ -108,6 +109,20 @@ std::string wheels_text(const Motion& motion, TimestampNs first_ns, double durat
     std::snprintf(line, sizeof line, "%lld,%.6f,%.6f\n", static_cast<long long>(first_ns + i * 100'000'000), left,
                   right);
     text += line;
+  }
+  return text;
+}
+
+std::string sun_text(const Trajectory& trajectory, const Eigen::Vector3d& sun_map, double sigma_deg,
+                     std::uint64_t seed) {
+  Random random(seed, 0x73756e);
+  std::string text = "#timestamp [ns], x, y, z in the body, sigma [deg], x, y, z in the map\n";
+  for (const StampedPose& stamped : trajectory) {
+    Vector6d error = Vector6d::Zero();
+    for (int axis = 0; axis < 3; ++axis) error[axis] = sigma_deg * kRadPerDeg * random.normal();
+    const Eigen::Vector3d seen = (stamped.pose * Pose::exp(error)).rotation().conjugate() * sun_map;
+    text += std::format("{},{:.9f},{:.9f},{:.9f},{:g},{:.9f},{:.9f},{:.9f}\n", stamped.t_ns, seen.x(), seen.y(),
+                        seen.z(), sigma_deg, sun_map.x(), sun_map.y(), sun_map.z());
   }
   return text;
 }

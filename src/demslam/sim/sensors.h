@@ -29,6 +29,11 @@ ImuBias imu_bias(std::uint64_t seed);
 std::string wheels_text(const Motion& motion, TimestampNs first_ns, double duration_s, const RoverOptions& rover,
                         std::uint64_t seed);
 
+/// sun.csv (dataset/sun_sensor.h) at every pose of the drive: the direction of a fixed sun as a sensor of `sigma_deg`
+/// per axis measures it in the body.
+std::string sun_text(const Trajectory& trajectory, const Eigen::Vector3d& sun_map, double sigma_deg,
+                     std::uint64_t seed);
+
 /// A LuSNAR-like scanner: 128 beams from +15 to -25 degrees, 512 azimuths over 360 degrees, at most 30 m.
 struct Lidar {
   static constexpr int kBeams = 128, kAzimuths = 512;

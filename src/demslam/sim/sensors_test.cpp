@@ -67,6 +67,23 @@ TEST(Imu, FeelsATurnAndItsCentripetalPull) {
   EXPECT_NEAR(mean(rows, 4).y(), rate * rate * radius, 0.01);
 }
 
+TEST(SunSensor, SeesTheSunWhereItStandsWithinItsNoise) {
+  const Eigen::Vector3d sun = Eigen::Vector3d(1.0, 2.0, 0.3).normalized();
+  Trajectory drive;
+  for (int i = 0; i < 400; ++i) {
+    drive.push_back({i, Pose(rotation_from_rpy(0.05, -0.1, 0.02 * i), Eigen::Vector3d(i, 0.0, 0.0))});
+  }
+  double squared_deg = 0.0;
+  const auto rows = table(sun_text(drive, sun, 0.5, 3));
+  ASSERT_EQ(rows.size(), drive.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Eigen::Vector3d seen = drive[i].pose.rotation() * Eigen::Vector3d(rows[i][1], rows[i][2], rows[i][3]);
+    squared_deg += std::pow(std::atan2(seen.cross(sun).norm(), seen.dot(sun)) * 180.0 / std::numbers::pi, 2);
+    EXPECT_NEAR(rows[i][5], sun.x(), 1e-6);
+  }
+  EXPECT_NEAR(std::sqrt(squared_deg / static_cast<double>(rows.size())), 0.5 * std::numbers::sqrt2, 0.05);
+}
+
 TEST(Wheels, MeasureTheWayOfEachSide) {
   const Motion arc = [](double t) {  // radius 10 m to the left, 1 m/s
     return Pose(rotation_from_rpy(0.0, 0.0, 0.1 * t),

@@ -12,11 +12,13 @@
 #include "demslam/sim/pictures.h"
 #include "demslam/sim/rover.h"
 #include "demslam/sim/sensors.h"
+#include "demslam/sim/sun_position.h"
 
 namespace demslam {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+constexpr double kSunSensorDeg = 0.5;
 
 StartPose believed_start(const StartOptions& start, const Pose& T_map_body) {
   StartPose believed;
@@ -35,6 +37,10 @@ void write_motion_sensors(const Mission& mission, const DatasetWriter& writer) {
   if (scene.output.imu) writer.write_text("imu.txt", imu_text(motion, first, duration, scene.seed));
   if (scene.output.wheels) {
     writer.write_text("wheels.txt", wheels_text(motion, first, duration, scene.rover, scene.seed));
+  }
+  if (scene.output.sun) {
+    const Eigen::Vector3d sun = sky_direction(scene.light.sun_elevation_deg, scene.light.sun_azimuth_deg);
+    writer.write_text("sun.csv", sun_text(mission.trajectory(), sun, kSunSensorDeg, scene.seed));
   }
   if (!scene.output.lidar || !scene.output.images) return;
   Trajectory scanner = mission.trajectory();

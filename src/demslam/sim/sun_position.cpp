@@ -14,8 +14,7 @@ namespace {
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 Eigen::Vector3d moon_fixed(const Eigen::Vector3d& lon_lat_height) {
-  const double lon = lon_lat_height.x() * kRadPerDeg, lat = lon_lat_height.y() * kRadPerDeg;
-  return {std::cos(lat) * std::cos(lon), std::cos(lat) * std::sin(lon), std::sin(lat)};
+  return sky_direction(lon_lat_height.y(), lon_lat_height.x());
 }
 
 /// Rows: the map's axes at its origin, in Moon-fixed axes.
@@ -37,6 +36,11 @@ Eigen::Matrix3d map_axes(const LocalFrame& frame, const LightOptions& light) {
 }
 
 }  // namespace
+
+Eigen::Vector3d sky_direction(double elevation_deg, double azimuth_deg) {
+  const double elevation = elevation_deg * kRadPerDeg, azimuth = azimuth_deg * kRadPerDeg;
+  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), std::sin(elevation)};
+}
 
 LightOptions light_at_time(LightOptions light, const LocalFrame& frame) {
   if (light.utc.empty()) return light;

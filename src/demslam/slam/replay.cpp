@@ -4,6 +4,7 @@
 
 #include "demslam/base/error.h"
 #include "demslam/dataset/start_pose.h"
+#include "demslam/dataset/sun_sensor.h"
 #include "demslam/slam/frame_json.h"
 #include "demslam/slam/recorder.h"
 #include "demslam/slam/run_folder.h"
@@ -91,6 +92,8 @@ RunReport replay(const ReplayInputs& inputs, const SlamOptions& options, const P
   const Frontend frontend = make_frontend(options.frontend);
   Backend backend(header.rig, *frontend.matcher, dem, prior_of(chosen_start(inputs, recorded, map)), options,
                   [&](std::size_t keyframe) { return map.features(keyframe); });
+  const fs::path sun = recorded_dataset(recorded) / "sun.csv";
+  if (options.use_sun && fs::is_regular_file(sun)) backend.set_sun(read_sun(sun));
   RunFolder folder(inputs.output);
   if (folder.summary() && !inputs.overwrite) {
     throw Error(inputs.output.string() + ": already holds a run; choose another folder or pass --overwrite");
