@@ -12,6 +12,7 @@ void add_experiment(CLI::App& app) {
   add_fixes_experiment(*experiments);
   add_loops_experiment(*experiments);
   add_scale_experiment(*experiments);
+  add_frontend_experiment(*experiments);
 }
 
 }  // namespace demslam::apps

@@ -9,6 +9,7 @@ void add_terrain_experiment(CLI::App& experiments);
 void add_fixes_experiment(CLI::App& experiments);
 void add_loops_experiment(CLI::App& experiments);
 void add_scale_experiment(CLI::App& experiments);
+void add_frontend_experiment(CLI::App& experiments);
 /// lusnar, crater, traverse, uncertainty and anchoring share one file: they differ in their scenes alone.
 void add_published_experiments(CLI::App& experiments);
 

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 
 #include "commands.h"
 #include "demslam/config/slam_config.h"
+#include "demslam/features/extractor_names.h"
 #include "demslam/report/live_server.h"
 #include "demslam/sim/rendered_sequence.h"
 #include "progress_bar.h"
@@ -16,11 +18,20 @@ namespace {
 
 struct Arguments {
   RunInputs inputs;
-  std::filesystem::path config, extractor_model, matcher_model;
-  std::string odometry;
+  std::filesystem::path config, matcher_model;
+  std::string extractor, odometry;
   bool no_dem = false, no_loops = false, odometry_only = false;
   std::optional<int> live_port;
 };
+
+/// A name that is known, or else a file.
+void set_extractor(FrontendOptions& options, const std::string& wanted) {
+  if (wanted.empty()) return;
+  const auto names = extractor_names();
+  const bool is_name = wanted != "onnx" && std::ranges::find(names, wanted) != names.end();
+  options.extractor = is_name ? wanted : "onnx";
+  options.extractor_model = is_name ? "" : wanted;
+}
 
 SlamOptions options_of(const Arguments& arguments) {
   SlamOptions options = arguments.config.empty() ? SlamOptions{} : read_slam_config(arguments.config);
@@ -29,10 +40,7 @@ SlamOptions options_of(const Arguments& arguments) {
   if (!arguments.odometry.empty()) {
     options.odometry.method = arguments.odometry == "pnp" ? OdometryMethod::pnp : OdometryMethod::window;
   }
-  if (!arguments.extractor_model.empty()) {
-    options.frontend.extractor = "onnx";
-    options.frontend.extractor_model = arguments.extractor_model;
-  }
+  set_extractor(options.frontend, arguments.extractor);
   if (!arguments.matcher_model.empty()) {
     options.frontend.matcher = "onnx";
     options.frontend.matcher_model = arguments.matcher_model;
@@ -103,7 +111,8 @@ void add_run(CLI::App& app) {
   command->add_option("--heading-deg", inputs.heading_deg, "with --unknown-start: heading of the first frame");
   command->add_option("--format", inputs.format, "dataset format, when it is not recognised");
   command->add_option("--calibration", inputs.calibration, "calibration TOML, replaces the dataset's own");
-  command->add_option("--extractor", arguments->extractor_model, "ONNX feature extractor (docs/models.md)");
+  command->add_option("--extractor", arguments->extractor,
+                      "classical (default), lunar (a network, built in), orb, sift, or an ONNX file (docs/models.md)");
   command->add_option("--matcher", arguments->matcher_model, "ONNX matcher for the same descriptors");
   command->add_option("--first-frame", inputs.first_frame, "index of the first frame");
   command->add_option("--max-frames", inputs.max_frames, "stop after so many frames; 0: all");

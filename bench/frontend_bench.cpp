@@ -22,8 +22,11 @@ Image view(int size_px, double shift_px) {
   return image;
 }
 
-FrontendOptions options_of(bool learned) {
-  if (!learned) return {};
+enum class Which { classical, lunar, xfeat };
+
+FrontendOptions options_of(Which which) {
+  if (which == Which::classical) return {};
+  if (which == Which::lunar) return {.extractor = "lunar", .max_features = 1024};
   const std::filesystem::path models = std::filesystem::path(DEMSLAM_SHARED_DIR) / "models";
   return {.extractor = "onnx",
           .matcher = "onnx",
@@ -33,22 +36,22 @@ FrontendOptions options_of(bool learned) {
 }
 
 /// The front-end, or none with the reason told to the benchmark.
-Frontend frontend_or_skip(benchmark::State& state, bool learned) {
-  const FrontendOptions options = options_of(learned);
-  if (!learned || std::filesystem::exists(options.extractor_model)) return make_frontend(options);
+Frontend frontend_or_skip(benchmark::State& state, Which which) {
+  const FrontendOptions options = options_of(which);
+  if (which != Which::xfeat || std::filesystem::exists(options.extractor_model)) return make_frontend(options);
   state.SkipWithError("no reference models");
   return {};
 }
 
-void extract(benchmark::State& state, bool learned) {
-  const Frontend frontend = frontend_or_skip(state, learned);
+void extract(benchmark::State& state, Which which) {
+  const Frontend frontend = frontend_or_skip(state, which);
   if (!frontend.extractor) return;
   const Image image = view(static_cast<int>(state.range(0)), 0.0);
   for (auto _ : state) benchmark::DoNotOptimize(frontend.extractor->extract(image));
 }
 
-void match(benchmark::State& state, bool learned) {
-  const Frontend frontend = frontend_or_skip(state, learned);
+void match(benchmark::State& state, Which which) {
+  const Frontend frontend = frontend_or_skip(state, which);
   if (!frontend.extractor) return;
   const int size_px = static_cast<int>(state.range(0));
   const Features a = frontend.extractor->extract(view(size_px, 0.0)),
@@ -56,8 +59,8 @@ void match(benchmark::State& state, bool learned) {
   for (auto _ : state) benchmark::DoNotOptimize(frontend.matcher->match(a, b));
 }
 
-void stereo_frame(benchmark::State& state, bool learned) {
-  const Frontend frontend = frontend_or_skip(state, learned), other = frontend_or_skip(state, learned);
+void stereo_frame(benchmark::State& state, Which which) {
+  const Frontend frontend = frontend_or_skip(state, which), other = frontend_or_skip(state, which);
   if (!frontend.extractor) return;
   const int size_px = static_cast<int>(state.range(0));
   const Image left = view(size_px, 3.0), right = view(size_px, 12.5);
@@ -74,11 +77,14 @@ void both_sizes(benchmark::internal::Benchmark* benchmark) {
   benchmark->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
 }
 
-BENCHMARK_CAPTURE(extract, classical, false)->Apply(both_sizes);
-BENCHMARK_CAPTURE(match, nearest, false)->Apply(both_sizes);
-BENCHMARK_CAPTURE(stereo_frame, classical, false)->Apply(both_sizes);
-BENCHMARK_CAPTURE(extract, xfeat, true)->Apply(both_sizes);
-BENCHMARK_CAPTURE(match, lighterglue, true)->Apply(both_sizes);
-BENCHMARK_CAPTURE(stereo_frame, learned, true)->Apply(both_sizes);
+BENCHMARK_CAPTURE(extract, classical, Which::classical)->Apply(both_sizes);
+BENCHMARK_CAPTURE(match, nearest, Which::classical)->Apply(both_sizes);
+BENCHMARK_CAPTURE(stereo_frame, classical, Which::classical)->Apply(both_sizes);
+BENCHMARK_CAPTURE(extract, lunar, Which::lunar)->Apply(both_sizes);
+BENCHMARK_CAPTURE(match, lunar, Which::lunar)->Apply(both_sizes);
+BENCHMARK_CAPTURE(stereo_frame, lunar, Which::lunar)->Apply(both_sizes);
+BENCHMARK_CAPTURE(extract, xfeat, Which::xfeat)->Apply(both_sizes);
+BENCHMARK_CAPTURE(match, lighterglue, Which::xfeat)->Apply(both_sizes);
+BENCHMARK_CAPTURE(stereo_frame, xfeat, Which::xfeat)->Apply(both_sizes);
 
 }  // namespace

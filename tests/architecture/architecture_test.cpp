@@ -34,7 +34,7 @@ const std::map<std::string, std::set<std::string>> kDoors = {
     {"yaml-cpp/", {"dataset"}},
     {"sqlite3", {"store"}},
     {"openssl/", {"base"}},
-    {"httplib", {"report"}},
+    {"httplib", {"features", "report"}},
     {"CLI/", {}},  // apps only
 };
 

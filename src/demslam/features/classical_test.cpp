@@ -106,7 +106,9 @@ TEST(ClassicalFrontend, IsMostlyRightOnARealStereoPair) {
 }
 
 TEST(MakeFrontend, RefusesUnknownNames) {
-  EXPECT_THAT([] { make_frontend({.extractor = "orb"}); }, ThrowsMessage<Error>(HasSubstr("unknown extractor 'orb'")));
+  EXPECT_THAT(
+      [] { make_frontend({.extractor = "superglue"}); },
+      ThrowsMessage<Error>(HasSubstr("unknown extractor 'superglue'; known: classical, lunar, onnx, orb, sift")));
   EXPECT_THAT([] { make_frontend({.matcher = "flann"}); }, ThrowsMessage<Error>(HasSubstr("unknown matcher 'flann'")));
 }
 

@@ -2,8 +2,10 @@
 
 #include "demslam/base/error.h"
 #include "demslam/features/classical_extractor.h"
+#include "demslam/features/extractor_names.h"
 #include "demslam/features/learned.h"
 #include "demslam/features/nearest_matcher.h"
+#include "demslam/features/opencv_extractor.h"
 
 namespace demslam {
 namespace {
@@ -17,14 +19,36 @@ struct Sized {
   int descriptor_width = kAnyWidth;
 };
 
-Sized<Extractor> make_extractor(const FrontendOptions& options) {
-  if (options.extractor == "classical") {
-    return {std::make_unique<ClassicalExtractor>(options.max_features), ClassicalExtractor::kDescriptorWidth};
-  }
-  if (options.extractor != "onnx") throw Error("unknown extractor '" + options.extractor + "'; known: classical, onnx");
-  OpenModel model = open_model(options.extractor_model, options.threads);
+Sized<Extractor> learned(OpenModel model, int max_features) {
   const int width = model.info.descriptor_width;
-  return {make_learned_extractor(std::move(model), options.max_features), width};
+  return {make_learned_extractor(std::move(model), max_features), width};
+}
+
+using MakeExtractor = Sized<Extractor> (*)(const FrontendOptions&);
+
+const std::vector<std::pair<std::string, MakeExtractor>>& extractors() {
+  using O = FrontendOptions;
+  static const std::vector<std::pair<std::string, MakeExtractor>> all{
+      {"classical",
+       [](const O& o) {
+         return Sized<Extractor>{std::make_unique<ClassicalExtractor>(o.max_features),
+                                 ClassicalExtractor::kDescriptorWidth};
+       }},
+      {"lunar", [](const O& o) { return learned(open_lunar_model(o.threads), o.max_features); }},
+      {"onnx", [](const O& o) { return learned(open_model(o.extractor_model, o.threads), o.max_features); }},
+      {"orb", [](const O& o) { return Sized<Extractor>{make_orb_extractor(o.max_features)}; }},
+      {"sift", [](const O& o) { return Sized<Extractor>{make_sift_extractor(o.max_features)}; }},
+  };
+  return all;
+}
+
+Sized<Extractor> make_extractor(const FrontendOptions& options) {
+  std::string known;
+  for (const auto& [name, make] : extractors()) {
+    if (name == options.extractor) return make(options);
+    known += (known.empty() ? "" : ", ") + name;
+  }
+  throw Error("unknown extractor '" + options.extractor + "'; known: " + known);
 }
 
 Sized<Matcher> make_matcher(const FrontendOptions& options) {
@@ -36,6 +60,12 @@ Sized<Matcher> make_matcher(const FrontendOptions& options) {
 }
 
 }  // namespace
+
+std::vector<std::string> extractor_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, make] : extractors()) names.push_back(name);
+  return names;
+}
 
 Frontend make_frontend(const FrontendOptions& options) {
   Sized<Extractor> extractor = make_extractor(options);

@@ -5,6 +5,7 @@
 
 #include "demslam/base/error.h"
 #include "demslam/base/sha256.h"
+#include "demslam/features/built_in_model.h"
 #include "demslam/features/onnx_session.h"
 #include "demslam/toml/toml.h"
 
@@ -129,6 +130,21 @@ void check_card(const ModelInfo& info) {
   }
 }
 
+/// Completes what is known of a model by what its graph says.
+OpenModel identified(ModelInfo info, OnnxSession session) {
+  info.inputs = session.inputs();
+  info.outputs = session.outputs();
+  recognise(info);
+  check_card(info);
+  return {std::move(info), std::move(session)};
+}
+
+ModelInfo lunar_info() {
+  return {.file = "lunar (built in)",
+          .card = {.name = "demslam lunar", .contract = "xfeat", .licence = "Apache-2.0, as demslam"},
+          .sha256 = sha256_of(std::string(lunar_graph()))};
+}
+
 }  // namespace
 
 std::string to_string(Contract contract) {
@@ -147,14 +163,17 @@ OpenModel open_model(const fs::path& file, int threads) {
   if (!fs::is_regular_file(file)) throw Error(file.string() + ": no such model file");
   ModelInfo info{.file = file, .card = read_card(file), .sha256 = sha256_of_file(file)};
   check_hash(info);
-  OnnxSession session(file, threads);
-  info.inputs = session.inputs();
-  info.outputs = session.outputs();
-  recognise(info);
-  check_card(info);
-  return {std::move(info), std::move(session)};
+  return identified(std::move(info), OnnxSession(file, threads));
+}
+
+OpenModel open_lunar_model(int threads) {
+  ModelInfo info = lunar_info();
+  OnnxSession session(lunar_graph(), info.file.string(), threads);
+  return identified(std::move(info), std::move(session));
 }
 
 ModelInfo inspect_model(const fs::path& file) { return open_model(file, 1).info; }
+
+ModelInfo inspect_lunar_model() { return open_lunar_model(1).info; }
 
 }  // namespace demslam

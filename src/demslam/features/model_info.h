@@ -35,4 +35,7 @@ struct ModelInfo {
 /// other than its card's, inputs and outputs that fit no contract.
 ModelInfo inspect_model(const std::filesystem::path& file);
 
+/// What comes with the program; `file` is a name to show.
+ModelInfo inspect_lunar_model();
+
 }  // namespace demslam

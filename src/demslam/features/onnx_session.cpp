@@ -42,14 +42,24 @@ Ort::SessionOptions options_for(int threads) {
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-Ort::Session open(const std::filesystem::path& file, int threads) {
-  if (!std::filesystem::is_regular_file(file)) throw Error(file.string() + ": no such model file");
+/// `make` opens the session; what it says of a bad graph becomes an Error.
+template <class Make>
+Ort::Session open(const std::string& name, const Make& make) {
   const SilentCerr silence;
   try {
-    return {environment(), file.c_str(), options_for(threads)};
+    return make();
   } catch (const Ort::Exception& error) {
-    throw Error(file.string() + ": not a usable ONNX model, or truncated (" + first_line(error.what()) + ")");
+    throw Error(name + ": not a usable ONNX model, or truncated (" + first_line(error.what()) + ")");
   }
+}
+
+Ort::Session open_file(const std::filesystem::path& file, int threads) {
+  if (!std::filesystem::is_regular_file(file)) throw Error(file.string() + ": no such model file");
+  return open(file.string(), [&] { return Ort::Session(environment(), file.c_str(), options_for(threads)); });
+}
+
+Ort::Session open_bytes(std::string_view graph, const std::string& name, int threads) {
+  return open(name, [&] { return Ort::Session(environment(), graph.data(), graph.size(), options_for(threads)); });
 }
 
 TensorInfo describe(const std::string& name, const Ort::TypeInfo& type) {
@@ -89,7 +99,9 @@ struct OnnxSession::Runtime {
 };
 
 OnnxSession::OnnxSession(const std::filesystem::path& file, int threads)
-    : runtime_(std::make_unique<Runtime>(file.string(), open(file, threads))) {}
+    : runtime_(std::make_unique<Runtime>(file.string(), open_file(file, threads))) {}
+OnnxSession::OnnxSession(std::string_view graph, const std::string& name, int threads)
+    : runtime_(std::make_unique<Runtime>(name, open_bytes(graph, name, threads))) {}
 OnnxSession::~OnnxSession() = default;
 OnnxSession::OnnxSession(OnnxSession&&) noexcept = default;
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string_view>
 
 #include "demslam/features/model_info.h"
 
@@ -18,6 +19,8 @@ class OnnxSession {
  public:
   /// Throws Error when the file is missing or no ONNX model.
   OnnxSession(const std::filesystem::path& file, int threads);
+  /// From a graph in memory; `name` is for messages. Throws Error when it is no ONNX model.
+  OnnxSession(std::string_view graph, const std::string& name, int threads);
   ~OnnxSession();
   OnnxSession(OnnxSession&&) noexcept;
 
@@ -41,5 +44,8 @@ struct OpenModel {
 
 /// As inspect_model, keeping the session.
 OpenModel open_model(const std::filesystem::path& file, int threads);
+
+/// The extractor that comes with the program.
+OpenModel open_lunar_model(int threads);
 
 }  // namespace demslam
