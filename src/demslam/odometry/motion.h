@@ -28,9 +28,8 @@ struct MotionOptions {
   double min_depth_m = 0.3, max_depth_m = 60.0;
   /// Farther points, and those beyond max_depth_m, count by their direction: it ties the rotation down, while what is
   /// left of calibration errors biases small disparities, and with them the scale of the motion (ORB-SLAM2's close and
-  /// far points, there from 40 baselines, Mur-Artal and Tardos 2017, III-A; ground seen from a rover's mast needs
-  /// more).
-  double max_depth_baselines = 80.0;
+  /// far points, with its 40 baselines, Mur-Artal and Tardos 2017, III-A).
+  double max_depth_baselines = 40.0;
   bool use_far_points = true;
   double ransac_threshold_px = 2.0;
   int ransac_iterations = 300;
