@@ -1,6 +1,10 @@
 #include "experiments.h"
 
+#include <fmt/format.h>
+
 #include "commands.h"
+#include "demslam/base/text.h"
+#include "demslam/evaluation/markdown.h"
 
 namespace demslam::apps {
 
@@ -13,6 +17,14 @@ void add_experiment(CLI::App& app) {
   add_loops_experiment(*experiments);
   add_scale_experiment(*experiments);
   add_frontend_experiment(*experiments);
+}
+
+void write_experiment(const std::filesystem::path& folder, const std::string& name, const Table& table,
+                      const std::string& json) {
+  write_text(folder / (name + ".md"), markdown_table(table));
+  write_text(folder / (name + ".csv"), csv_table(table));
+  write_text(folder / (name + ".json"), json);
+  fmt::print("{}", text_table(table));
 }
 
 }  // namespace demslam::apps

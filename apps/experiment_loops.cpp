@@ -1,10 +1,6 @@
-#include <fmt/format.h>
-
 #include <filesystem>
 #include <memory>
 
-#include "demslam/base/text.h"
-#include "demslam/evaluation/markdown.h"
 #include "demslam/experiment/loops_experiment.h"
 #include "experiments.h"
 #include "progress_bar.h"
@@ -29,11 +25,7 @@ void run(Arguments a) {
   const FinishedRuns finished(a.output);
   ProgressBar bar("loops", "runs");
   const std::vector<LoopsRun> runs = loops_experiment(a.experiment, &finished, bar.progress());
-  const Table table = loops_table(runs);
-  write_text(a.output / "loops.md", markdown_table(table));
-  write_text(a.output / "loops.csv", csv_table(table));
-  write_text(a.output / "loops.json", loops_json(runs));
-  fmt::print("{}", text_table(table));
+  write_experiment(a.output, "loops", loops_table(runs), loops_json(runs));
 }
 
 }  // namespace

@@ -1,12 +1,8 @@
 #include "demslam/experiment/scale_experiment.h"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 #include <memory>
 
-#include "demslam/base/text.h"
-#include "demslam/evaluation/markdown.h"
 #include "experiments.h"
 #include "progress_bar.h"
 
@@ -30,11 +26,7 @@ void run(Arguments a) {
   if (!a.no_map) a.experiment.map_folder = a.output;
   ProgressBar bar("scale", "keyframes");
   const std::vector<ScaleRow> rows = scale_experiment(a.experiment, &finished, bar.progress());
-  const Table table = scale_table(rows);
-  write_text(a.output / "scale.md", markdown_table(table));
-  write_text(a.output / "scale.csv", csv_table(table));
-  write_text(a.output / "scale.json", scale_json(rows));
-  fmt::print("{}", text_table(table));
+  write_experiment(a.output, "scale", scale_table(rows), scale_json(rows));
 }
 
 }  // namespace

@@ -1,6 +1,10 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+
+#include "demslam/evaluation/table.h"
 
 namespace demslam::apps {
 
@@ -12,5 +16,9 @@ void add_scale_experiment(CLI::App& experiments);
 void add_frontend_experiment(CLI::App& experiments);
 /// lusnar, crater, traverse, uncertainty and anchoring share one file: they differ in their scenes alone.
 void add_published_experiments(CLI::App& experiments);
+
+/// NAME.md, NAME.csv and NAME.json in a folder, and the table on the terminal. Throws Error.
+void write_experiment(const std::filesystem::path& folder, const std::string& name, const Table& table,
+                      const std::string& json);
 
 }  // namespace demslam::apps

@@ -78,8 +78,9 @@ std::vector<Correspondence> match_directly(const RectifiedRig& rig, const Stereo
   const auto find = [&](std::size_t i) {
     if (!features.has_depth(i)) return;
     const PatchPoint point{features.stereo_pixel(i), features.disparity_slope[i]};
-    if (const auto seen = find_directly(rig, a, point, b, T_b_a))
+    if (const auto seen = find_directly(rig, a, point, b, T_b_a)) {
       found[i] = Correspondence{point.pixel, seen->pixel, seen->covariance};
+    }
   };
   oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, found.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) find(i);

@@ -53,6 +53,23 @@ TEST(RefinePose, FindsTheExactMotionWithoutNoise) {
   EXPECT_EQ(refined->inliers, 50);
 }
 
+TEST(RefinePose, ABiasOfFarDisparitiesHardlyReachesTheMotion) {
+  Random random(7);
+  const RectifiedRig rig = test_rig();
+  auto correspondences = random_correspondences(rig, motion(), kNoNoise, 200, random);
+  const double far_px = rig.disparity_px(8.0);  // the points are 3 to 25 m away
+  for (Correspondence& c : correspondences) {
+    if (c.a.z() < far_px) c.a.z() += 0.5, c.b.z() += 0.5;
+  }
+  StereoNoise knows_far = kNoise;
+  knows_far.far_disparity_px = far_px;
+  knows_far.far_sigma_px = 10.0;
+  const auto misled = refine_pose(rig, correspondences, kNoise, motion());
+  const auto refined = refine_pose(rig, correspondences, knows_far, motion());
+  ASSERT_TRUE(misled && refined);
+  EXPECT_LT(error_of(refined->T_a_b, motion()).norm(), 0.5 * error_of(misled->T_a_b, motion()).norm());
+}
+
 TEST(RefinePose, CovarianceIsTheScatterOfItsEstimates) {
   const RectifiedRig rig = test_rig();
   const int runs = 400;
