@@ -7,6 +7,8 @@
 #include <deque>
 #include <limits>
 #include <numbers>
+#include <numeric>
+#include <utility>
 
 #include "demslam/sim/clipmap.h"
 #include "demslam/sim/illumination.h"
@@ -22,6 +24,10 @@ constexpr double kRangeM = 30000.0;   // terrain is there up to this distance
 constexpr double kRockReach = 200.0;  // rocks are there up to this many of their diameters, at 512 px focal length
 constexpr float kNear = 0.05F;
 constexpr int kMoments = 5;  // of an exposure, with one ray per pixel
+// Shadows start this far off the surface: nearly the same from near and far, or their edges would wander as the rover
+// approaches, by eleven times the difference under a sun 5 degrees high.
+constexpr float kShadowOffset = 1e-3F, kRounding = 2e-6F;
+constexpr float kEdgeContrast = 0.25F, kDarkest = 0.1F;  // of an edge: to the brighter pixel, and to the image's mean
 constexpr float kRockTextureStep = 0.04F, kRockGrain = 0.7F;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -31,9 +37,11 @@ int clipmap_cells(const CameraOptions& camera) {
   return std::clamp(static_cast<int>(std::lround(focal / 128.0)), 1, 16) * 128;
 }
 
-/// The rays of a small block of pixels, and what they met.
+/// Sixteen rays, each through a pixel in some pass, and what they met.
 struct Packet {
-  int u, v;  ///< the block's first pixel
+  std::uint64_t key = 0;  ///< of what is random about it
+  int u[kPacket], v[kPacket];
+  std::size_t pass[kPacket];
   alignas(64) int valid[kPacket];
   alignas(64) RTCRayHit16 rays;
 };
@@ -60,6 +68,16 @@ struct Pass {
   float weight = 1.0F;        ///< of this pass in the pixel's mean radiance; 0: geometry only
   bool is_centre = true;      ///< defines depth, surface and normal
 };
+
+/// The further rays of a pixel on an edge: a square turned by atan(1/2), which has four rows and four columns.
+constexpr int kEdgeRays = 4;
+std::vector<Pass> edge_passes() {
+  std::vector<Pass> passes;
+  for (const auto& [du, dv] : {std::pair{-0.125, -0.375}, {0.375, -0.125}, {0.125, 0.375}, {-0.375, 0.125}}) {
+    passes.push_back({.du = du, .dv = dv, .is_centre = false});
+  }
+  return passes;
+}
 
 /// n x n rays per pixel, spread over the exposure in another order than over the pixel; the centre at mid-exposure.
 std::vector<Pass> passes_of(int per_axis) {
@@ -133,6 +151,28 @@ struct alignas(64) Texture {
   float slope_x[kPacket], slope_y[kPacket];  ///< of the surface without the texture
 };
 
+/// Pixels that differ from a neighbour in brightness: one ray is not their mean.
+std::vector<std::size_t> edge_pixels(const Rendering& image) {
+  const std::vector<float>& radiance = image.radiance;
+  const double sum = std::accumulate(radiance.begin(), radiance.end(), 0.0);
+  const float floor = kDarkest * static_cast<float>(sum / static_cast<double>(radiance.size()));
+  const auto width = static_cast<std::size_t>(image.width);
+  std::vector<bool> is_edge(radiance.size(), false);
+  const auto compare = [&](std::size_t a, std::size_t b) {
+    const float least = kEdgeContrast * (std::max(radiance[a], radiance[b]) + floor);
+    if (std::abs(radiance[a] - radiance[b]) > least) is_edge[a] = is_edge[b] = true;
+  };
+  for (std::size_t i = 0; i < radiance.size(); ++i) {
+    if (i % width != 0) compare(i - 1, i);
+    if (i >= width) compare(i - width, i);
+  }
+  std::vector<std::size_t> edges;
+  for (std::size_t i = 0; i < radiance.size(); ++i) {
+    if (is_edge[i]) edges.push_back(i);
+  }
+  return edges;
+}
+
 }  // namespace
 
 struct Renderer::World {
@@ -142,8 +182,16 @@ struct Renderer::World {
         field(terrain, route),
         rays(field.shapes()),
         illumination(scene.light),
-        passes(passes_of(scene.camera.samples_per_axis)) {
-    if (passes.size() == 1 && scene.camera.exposure_time_s > 0.0) passes = moments_of(kMoments);
+        passes(passes_of(scene.camera.samples_per_axis)),
+        whole_image(passes.size()) {
+    if (whole_image > 1) return;
+    if (scene.camera.exposure_time_s > 0.0) {
+      passes = moments_of(kMoments);
+      whole_image = passes.size();
+    } else if (scene.camera.smooth_edges) {
+      const std::vector<Pass> further = edge_passes();
+      passes.insert(passes.end(), further.begin(), further.end());
+    }
   }
 
   Vector3f relative(const Eigen::Vector3d& p_map) const { return (p_map - clipmap.origin()).cast<float>(); }
@@ -151,7 +199,8 @@ struct Renderer::World {
   const LensTable* table_of(const Camera& camera) const;
   Eigen::Vector3d camera_ray(const View& view, std::size_t pass, int u, int v) const;
   void trace_block(const View& view, std::size_t pass, int u, int v) const;
-  void store(const View& view, const Pass& pass, const Packet& packet, const Hits& hits) const;
+  void trace_edges(const View& view, const std::vector<std::size_t>& pixels, std::size_t first) const;
+  void trace(const View& view, Packet& packet, float* radiance) const;
   Hits hits_of(const Packet& packet, float pixel_angle) const;
   void shade_ground(const RTCRayHit16& rays, int i, Texture& texture, Hits& hits) const;
   void shade_rock(const RTCHit16& hit, int i, Texture& texture, Hits& hits) const;
@@ -164,6 +213,7 @@ struct Renderer::World {
   RayScene rays;
   Illumination illumination;
   std::vector<Pass> passes;
+  std::size_t whole_image;  ///< so many of the passes go over all pixels, the others over edges
   mutable std::deque<LensTable> lenses;  ///< of the cameras seen last: the rig's, and its light meter's
   Eigen::Vector3d lamp = Eigen::Vector3d::Zero();
   bool stale = true;
@@ -203,11 +253,16 @@ Rendering Renderer::render(const Camera& camera, const Pose& T_map_camera, const
   const View view = world_->view_of(camera, T_map_camera, shutter, out);
   tbb::parallel_for(0, (camera.height + kDown - 1) / kDown, [&](int strip) {
     for (int u = 0; u < camera.width; u += kAcross) {
-      for (std::size_t pass = 0; pass < world_->passes.size(); ++pass) {
+      for (std::size_t pass = 0; pass < world_->whole_image; ++pass) {
         world_->trace_block(view, pass, u, strip * kDown);
       }
     }
   });
+  if (world_->whole_image == world_->passes.size()) return out;
+  const std::vector<std::size_t> edges = edge_pixels(out);
+  constexpr std::size_t kTogether = kPacket / kEdgeRays;
+  tbb::parallel_for(std::size_t{0}, (edges.size() + kTogether - 1) / kTogether,
+                    [&](std::size_t group) { world_->trace_edges(view, edges, group * kTogether); });
   return out;
 }
 
@@ -262,38 +317,71 @@ Eigen::Vector3d Renderer::World::camera_ray(const View& view, std::size_t pass, 
   return {xy.x(), xy.y(), 1.0};
 }
 
+/// One pass over a block of pixels.
 void Renderer::World::trace_block(const View& view, std::size_t pass, int u, int v) const {
-  Packet packet{.u = u, .v = v};
+  Packet packet{.key = (static_cast<std::uint64_t>(v) << 32) + static_cast<std::uint64_t>(u) * kPacket};
   for (int i = 0; i < kPacket; ++i) {
-    const int column = u + i % kAcross, row = v + i / kAcross;
-    packet.valid[i] = column < view.camera.width && row < view.camera.height ? -1 : 0;
-    const Eigen::Vector3d ray = packet.valid[i] == 0 ? Eigen::Vector3d::UnitZ() : camera_ray(view, pass, column, row);
+    packet.u[i] = u + i % kAcross;
+    packet.v[i] = v + i / kAcross;
+    packet.pass[i] = pass;
+    packet.valid[i] = packet.u[i] < view.camera.width && packet.v[i] < view.camera.height ? -1 : 0;
+  }
+  float radiance[kPacket] = {};
+  trace(view, packet, radiance);
+  Rendering& out = view.out;
+  for (int i = 0; i < kPacket; ++i) {
+    if (packet.valid[i] != 0) {
+      out.radiance[static_cast<std::size_t>(packet.v[i]) * out.width + packet.u[i]] +=
+          passes[pass].weight * radiance[i];
+    }
+  }
+}
+
+/// The further rays of a few of the pixels on edges, together with the one they have.
+void Renderer::World::trace_edges(const View& view, const std::vector<std::size_t>& pixels, std::size_t first) const {
+  Rendering& out = view.out;
+  const auto width = static_cast<std::size_t>(out.width);
+  Packet packet{.key = (std::uint64_t{1} << 63) + pixels[first] * kPacket};
+  for (int i = 0; i < kPacket; ++i) {
+    const std::size_t k = first + i / kEdgeRays;
+    const std::size_t pixel = pixels[std::min(k, pixels.size() - 1)];
+    packet.u[i] = static_cast<int>(pixel % width);
+    packet.v[i] = static_cast<int>(pixel / width);
+    packet.pass[i] = whole_image + i % kEdgeRays;
+    packet.valid[i] = k < pixels.size() ? -1 : 0;
+  }
+  float radiance[kPacket] = {};
+  trace(view, packet, radiance);
+  for (int i = 0; i < kPacket && first + i / kEdgeRays < pixels.size(); i += kEdgeRays) {
+    float& mean = out.radiance[pixels[first + i / kEdgeRays]];
+    mean = std::accumulate(radiance + i, radiance + i + kEdgeRays, mean) / (1.0F + kEdgeRays);
+  }
+}
+
+/// Casts the rays of the valid lanes; those that meet nothing become invalid. The pass through the pixels' centres
+/// leaves depth, surface and normal.
+void Renderer::World::trace(const View& view, Packet& packet, float* radiance) const {
+  for (int i = 0; i < kPacket; ++i) {
+    const bool valid = packet.valid[i] != 0;
+    const Eigen::Vector3d ray =
+        valid ? camera_ray(view, packet.pass[i], packet.u[i], packet.v[i]) : Eigen::Vector3d(0.0, 0.0, 1.0);
     if (std::isnan(ray.x())) packet.valid[i] = 0;  // outside a fisheye's image circle
-    const Stand& stand = view.stand(pass, row);
+    const Stand& stand = view.stand(packet.pass[i], packet.v[i]);
     set_ray(packet.rays.ray, i, stand.origin, (stand.R_scene_camera * ray).cast<float>(), kNear, kInfinity);
   }
   intersect(rays.handle(), packet);
   if (std::all_of(packet.valid, packet.valid + kPacket, [](int valid) { return valid == 0; })) return;
-  store(view, passes[pass], packet, hits_of(packet, static_cast<float>(1.0 / view.camera.fx)));
-}
-
-void Renderer::World::store(const View& view, const Pass& pass, const Packet& packet, const Hits& hits) const {
-  float radiance[kPacket] = {};
-  if (pass.weight > 0.0F) {
-    const std::uint64_t key =
-        (static_cast<std::uint64_t>(packet.v) << 32) + static_cast<std::uint64_t>(packet.u) * kPacket;
-    illumination.light(rays.handle(), packet.valid, hits, key, relative(lamp), radiance);
+  const Hits hits = hits_of(packet, static_cast<float>(1.0 / view.camera.fx));
+  if (passes[packet.pass[0]].weight > 0.0F) {
+    illumination.light(rays.handle(), packet.valid, hits, packet.key, relative(lamp), radiance);
   }
+  Rendering& out = view.out;
   for (int i = 0; i < kPacket; ++i) {
-    if (packet.valid[i] == 0) continue;
-    const std::size_t pixel =
-        static_cast<std::size_t>(packet.v + i / kAcross) * view.camera.width + packet.u + i % kAcross;
-    view.out.radiance[pixel] += pass.weight * radiance[i];
-    if (!pass.is_centre) continue;
-    view.out.depth_m[pixel] = packet.rays.ray.tfar[i];  // the ray's direction has camera z = 1
-    view.out.surface[pixel] = hits.surface[i];
-    if (view.out.normal.empty()) continue;
-    view.out.normal[pixel] = Vector3f(hits.normal.x[i], hits.normal.y[i], hits.normal.z[i]);
+    if (packet.valid[i] == 0 || !passes[packet.pass[i]].is_centre) continue;
+    const std::size_t pixel = static_cast<std::size_t>(packet.v[i]) * out.width + packet.u[i];
+    out.depth_m[pixel] = packet.rays.ray.tfar[i];  // the ray's direction has camera z = 1
+    out.surface[pixel] = hits.surface[i];
+    if (!out.normal.empty()) out.normal[pixel] = Vector3f(hits.normal.x[i], hits.normal.y[i], hits.normal.z[i]);
   }
 }
 
@@ -311,7 +399,7 @@ Hits Renderer::World::hits_of(const Packet& packet, float pixel_angle) const {
     hits.to_eye.x[i] = -ray.dir_x[i] / length;
     hits.to_eye.y[i] = -ray.dir_y[i] / length;
     hits.to_eye.z[i] = -ray.dir_z[i] / length;
-    hits.offset[i] = 1e-3F + 1e-4F * range;
+    hits.offset[i] = kShadowOffset + kRounding * range;
     hits.footprint[i] = pixel_angle * range;
     texture.shortest[i] = 1e9F;
   }

@@ -61,6 +61,7 @@ struct CameraOptions {
   double read_noise_e = 12.0;      ///< electrons; with full_well_e = 0 there is no noise
   double blur_px = 0.5;            ///< sigma of the point-spread function; 0: none
   int samples_per_axis = 1;        ///< n x n rays per pixel
+  bool smooth_edges = true;        ///< with one ray per pixel: four more where pixels differ, as a sensor's area would
   double vignetting = 0.1;         ///< loss of light in the corners, falling off with the square of the distance
   std::vector<double> distortion;  ///< radtan k1, k2, p1, p2[, k3] of both cameras, fisheye k1..k4; empty: none
   Lens lens = Lens::pinhole;       ///< fisheye: equidistant, focal length = width / 2 / (fov / 2 in radians)

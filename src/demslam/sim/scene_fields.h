@@ -117,6 +117,7 @@ void camera_fields(Io& io, O& camera) {
   bounded(io, "read_noise_e", camera.read_noise_e, 0.0, 1e5);
   bounded(io, "blur_px", camera.blur_px, 0.0, 10.0);
   bounded(io, "samples_per_axis", camera.samples_per_axis, 1, 8);
+  io.field("smooth_edges", camera.smooth_edges);
   bounded(io, "vignetting", camera.vignetting, 0.0, 1.0);
   io.field("distortion", camera.distortion);
   if constexpr (Io::kReads) {
