@@ -34,6 +34,15 @@ double slope_sigma(const DemErrorModel& error, double cell_m) {
   return std::sqrt(2.0 * (error.covariance(0.0) - error.covariance(2.0 * cell_m))) / (2.0 * cell_m);
 }
 
+/// Errors of the DEM at one factor after the other are alike: so many of them are worth one. Of their mean, the variance
+/// times this is that of independent ones.
+double alike_factors(const DemErrorModel& error, double spacing_m) {
+  const double step_m = std::max(1.0, spacing_m);
+  double sum = 1.0;
+  for (double d = step_m; error.correlation(d) > 0.01; d += step_m) sum += 2.0 * error.correlation(d);
+  return sum;
+}
+
 void add_on_dem(PoseGraph& graph, const boost::shared_ptr<DemShiftFactor::PoseFactor>& factor,
                 const std::optional<std::uint64_t>& shift) {
   if (shift) {
@@ -121,7 +130,8 @@ void DemAnchor::anchor(PoseGraph& graph, std::size_t keyframe) {
     return;
   }
   if (options_.height) {
-    const double sigma_dem_m = dem_->sigma_m(p.x(), p.y()).value_or(error_.sigma_m);
+    const double sigma_dem_m = dem_->sigma_m(p.x(), p.y()).value_or(error_.sigma_m) *
+                               std::sqrt(alike_factors(error_, options_.spacing_m));
     const auto noise = robust(1, std::hypot(sigma_dem_m, options_.sigma_contact_m), options_.kernel_sigmas);
     add_on_dem(graph,
                boost::make_shared<DemHeightFactor>(keyframe, dem_, p_body_ground_, noise, believed_slope(*ground)),

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -86,6 +87,34 @@ TEST(Renderer, SkyIsBlackAndInfinitelyFar) {
   EXPECT_EQ(image.surface[pixel_of(image, 64, 120)], Surface::ground);
 }
 
+/// A bright sphere before the black sky, over bright ground with its shadow.
+Rendering look_at_edges(bool smooth_edges, int samples_per_axis) {
+  SceneOptions scene = closed_form_scene();
+  scene.camera.smooth_edges = smooth_edges;
+  scene.camera.samples_per_axis = samples_per_axis;
+  Studio studio(scene);
+  studio.renderer.place(sphere({4.0, 0.3, 4.2}, 1.5));
+  studio.renderer.centre_on({0.0, 0.0});
+  return studio.look(studio.T_map_camera(1.5, 10.0));
+}
+
+TEST(Renderer, PixelsOnEdgesAreMeansOverTheirArea) {
+  const Rendering point = look_at_edges(false, 1), smooth = look_at_edges(true, 1), area = look_at_edges(false, 8);
+  double error_of_points = 0.0, error = 0.0;
+  int changed = 0;
+  for (std::size_t i = 0; i < point.radiance.size(); ++i) {
+    if (smooth.radiance[i] == point.radiance[i]) continue;
+    ++changed;
+    error_of_points += std::pow(point.radiance[i] - area.radiance[i], 2);
+    error += std::pow(smooth.radiance[i] - area.radiance[i], 2);
+  }
+  EXPECT_GT(changed, 100);
+  EXPECT_LT(changed, static_cast<int>(point.radiance.size()) / 10);  // edges, not surfaces
+  EXPECT_LT(std::sqrt(error), 0.4 * std::sqrt(error_of_points));
+  EXPECT_EQ(smooth.depth_m, point.depth_m);
+  EXPECT_EQ(smooth.surface, point.surface);
+}
+
 TEST(Renderer, SphereShowsLambertsLawAndItsTerminator) {
   SceneOptions scene = closed_form_scene();
   scene.light.sun_azimuth_deg = 100.0;  // from the side: half of what is seen is lit
@@ -134,6 +163,28 @@ TEST(Renderer, ShadowEndsWhereTheSunsElevationSays) {
   const double pixel = 4.0 / camera.fx;
   EXPECT_NEAR(west, -(above / std::tan(elevation) + radius / std::sin(elevation)), pixel);
   EXPECT_NEAR(east, -(above / std::tan(elevation) - radius / std::sin(elevation)), pixel);
+}
+
+/// Dark ground around the end of a sphere's shadow, square metres, seen from straight above.
+double shadow_area_from(double height) {
+  const double span = 1.0, radius = 0.15, elevation = 10.0 * kRadPerDeg;
+  SceneOptions scene = closed_form_scene();
+  scene.light.sun_elevation_deg = 10.0;
+  scene.camera.horizontal_fov_deg = 2.0 * std::atan(0.5 * span / height) / kRadPerDeg;
+  Studio studio(scene);
+  studio.renderer.place(sphere({0.0, 0.0, 3.0 + radius}, 2.0 * radius));
+  studio.renderer.centre_on({0.0, 0.0});
+  const double end = -(radius / std::tan(elevation) + radius / std::sin(elevation));
+  const Pose T(Eigen::Quaterniond(0.0, 1.0, 0.0, 0.0), Eigen::Vector3d(end, 0.0, 3.0 + height));
+  const Rendering image = studio.look(T);
+  const auto dark = std::count(image.radiance.begin(), image.radiance.end(), 0.0F);
+  return static_cast<double>(dark) * span * span / static_cast<double>(image.radiance.size());
+}
+
+TEST(Illumination, AShadowIsTheSameFromNearAndFar) {
+  const double near = shadow_area_from(5.0), far = shadow_area_from(25.0);
+  EXPECT_GT(near, 0.05);
+  EXPECT_NEAR(near, far, 5e-4);  // 2 mm of its length; 2 mm of lift more would shorten it by 11 mm
 }
 
 TEST(Illumination, PenumbraIsAsWideAsTheSunsDisc) {

@@ -30,7 +30,7 @@ inline DemRaster plane_raster(double height_m, const Eigen::Vector2d& slope, int
   return raster;
 }
 
-/// A perfect small camera over smooth ground, Lambert's law, the sun in the East.
+/// A perfect small camera, whose pixels are points, over smooth ground; Lambert's law, the sun in the East.
 inline SceneOptions closed_form_scene() {
   SceneOptions scene;
   scene.terrain = smooth_ground();
@@ -38,6 +38,7 @@ inline SceneOptions closed_form_scene() {
   scene.camera.width_px = scene.camera.height_px = 128;
   scene.camera.full_well_e = 0.0;
   scene.camera.blur_px = scene.camera.vignetting = 0.0;
+  scene.camera.smooth_edges = false;
   return scene;
 }
 
