@@ -130,8 +130,8 @@ void DemAnchor::anchor(PoseGraph& graph, std::size_t keyframe) {
     return;
   }
   if (options_.height) {
-    const double sigma_dem_m = dem_->sigma_m(p.x(), p.y()).value_or(error_.sigma_m) *
-                               std::sqrt(alike_factors(error_, options_.spacing_m));
+    const double alike = options_.alike_errors ? alike_factors(error_, options_.spacing_m) : 1.0;
+    const double sigma_dem_m = std::sqrt(alike) * dem_->sigma_m(p.x(), p.y()).value_or(error_.sigma_m);
     const auto noise = robust(1, std::hypot(sigma_dem_m, options_.sigma_contact_m), options_.kernel_sigmas);
     add_on_dem(graph,
                boost::make_shared<DemHeightFactor>(keyframe, dem_, p_body_ground_, noise, believed_slope(*ground)),

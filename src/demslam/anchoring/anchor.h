@@ -21,6 +21,7 @@ struct AnchoringOptions {
   double spacing_m = 5.0;           ///< path between two keyframes with height and normal factors
   double sigma_dem_m = 0.5;         ///< the DEM's vertical error, where no uncertainty raster says another,
   double dem_correlation_m = 10.0;  ///< correlated over this distance (patches and filter)
+  bool alike_errors = true;         ///< height factors within that distance share an error: each weighs less for it
   bool filter_dem = false;          ///< tie to the most probable terrain instead of the DEM as it is (dem/wiener.h)
   double sigma_contact_m = 0.15;    ///< ground inside a cell against the cell's height, added in quadrature
   bool normal = true;               ///< the normal factor

@@ -143,6 +143,7 @@ void anchoring_fields(Io& io, O& o) {
   io.field("spacing_m", o.spacing_m);
   io.field("sigma_dem_m", o.sigma_dem_m);
   io.field("dem_correlation_m", o.dem_correlation_m);
+  io.field("alike_errors", o.alike_errors);
   io.field("filter_dem", o.filter_dem);
   io.field("sigma_bias_m", o.sigma_bias_m);
   io.field("sigma_shift_m", o.sigma_shift_m);

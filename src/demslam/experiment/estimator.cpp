@@ -6,6 +6,7 @@
 
 #include "demslam/anchoring/sky_factors.h"
 #include "demslam/base/time.h"
+#include "demslam/slam/options.h"
 
 namespace demslam {
 namespace {
@@ -94,13 +95,13 @@ Estimator odometry_only() { return {.name = "odometry", .anchored = false}; }
 
 Estimator published_factors() {
   Estimator estimator{.name = "published factors"};
-  estimator.anchoring.full_gradient = estimator.anchoring.gate = false;
+  estimator.anchoring.full_gradient = estimator.anchoring.gate = estimator.anchoring.alike_errors = false;
   return estimator;
 }
 
 Estimator full_gradient() {
   Estimator estimator{.name = "full gradient"};
-  estimator.anchoring.gate = false;
+  estimator.anchoring.gate = estimator.anchoring.alike_errors = false;
   return estimator;
 }
 
@@ -137,6 +138,18 @@ Estimator everything() {
   return estimator;
 }
 
+Estimator shipped() {
+  Estimator estimator{.name = "default"};
+  estimator.anchoring = SlamOptions().anchoring;
+  return estimator;
+}
+
+Estimator with_states(Estimator estimator) {
+  estimator.name += " + states";
+  estimator.systematic.enabled = true;
+  return estimator;
+}
+
 Estimator with_sun(Estimator estimator) {
   estimator.name += " + sun";
   estimator.sun = true;
@@ -145,7 +158,7 @@ Estimator with_sun(Estimator estimator) {
 
 std::vector<Estimator> terrain_estimators() {
   return {odometry_only(),    published_factors(), full_gradient(), full_gradient_states(),    terrain_patches(),
-          filtered_patches(), submaps(),           everything(),    with_sun(odometry_only()), with_sun(everything())};
+          filtered_patches(), shipped(), with_states(shipped()), submaps(),           everything(),    with_sun(odometry_only()), with_sun(everything())};
 }
 
 EstimateScore estimate(const Traverse& traverse, const Estimator& estimator) {

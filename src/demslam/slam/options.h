@@ -15,7 +15,7 @@ struct SlamOptions {
   OdometryOptions odometry;
   PoseGraphOptions graph;
   LoopOptions loops;
-  AnchoringOptions anchoring;
+  AnchoringOptions anchoring{.filter_dem = true, .patches = true};
   LandmarkOptions landmarks;  ///< for terrain patches
 
   bool use_loops = true;  ///< false: --no-loops
