@@ -62,9 +62,9 @@ DemAnchor::DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& opt
       p_body_ground_(p_body_ground),
       T_body_left_(T_body_left) {
   if (options.filter_dem) {
-    FilteredDem filtered = wiener_filtered(dem_->raster(), error_);
-    dem_ = std::make_shared<Dem>(std::move(filtered.dem), dem_->interpolation());
-    error_ = filtered.remaining;
+    BelievedDem believed = most_probable(dem_, error_);
+    dem_ = std::move(believed.dem);
+    error_ = believed.error;
   }
   if (options.submap.recover || options.submap.factors)
     submaps_.emplace(dem_, error_, options.patch, options.patch_factor, options.submap, T_body_left);

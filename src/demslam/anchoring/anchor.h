@@ -22,7 +22,8 @@ struct AnchoringOptions {
   double sigma_dem_m = 0.5;         ///< the DEM's vertical error, where no uncertainty raster says another,
   double dem_correlation_m = 10.0;  ///< correlated over this distance (patches and filter)
   bool alike_errors = true;         ///< height factors within that distance share an error: each weighs less for it
-  bool filter_dem = false;          ///< tie to the most probable terrain instead of the DEM as it is (dem/wiener.h)
+  /// Tie to the most probable terrain instead of the DEM as it is, where that can be told (dem/wiener.h).
+  bool filter_dem = false;
   double sigma_contact_m = 0.15;    ///< ground inside a cell against the cell's height, added in quadrature
   bool normal = true;               ///< the normal factor
   double sigma_normal_deg = 4.0;    ///< the DEM's slope error and wheelbase against cell

@@ -71,6 +71,7 @@ TEST(DemAnchor, EachFactorHasItsResidualInItsOwnStandardDeviationsWhateverTheKer
     PoseGraph graph = climbing(*dem);
     add_dem_factors(graph, dem,
                     {.sigma_dem_m = 0.1,
+                     .alike_errors = false,
                      .sigma_contact_m = 0.0,
                      .normal = false,
                      .gate = false,
@@ -86,6 +87,28 @@ TEST(DemAnchor, EachFactorHasItsResidualInItsOwnStandardDeviationsWhateverTheKer
     EXPECT_EQ(last.keyframe, 38U);
     EXPECT_NEAR(std::sqrt(last.chi_square), 0.02 * 38 / 0.1, 0.1);
   }
+}
+
+/// What all height factors on a climbing graph say about its height, in chi-square.
+double height_evidence(double spacing_m, bool alike_errors) {
+  const auto dem = std::make_shared<Dem>(waves());
+  PoseGraph graph = climbing(*dem);
+  add_dem_factors(graph, dem,
+                  {.spacing_m = spacing_m,
+                   .dem_correlation_m = 30.0,
+                   .alike_errors = alike_errors,
+                   .sigma_contact_m = 0.0,
+                   .normal = false,
+                   .gate = false},
+                  kLever);
+  double sum = 0.0;
+  for (const FactorResidual& r : graph.residuals(factor_kind)) sum += r.kind == "dem_height" ? r.chi_square : 0.0;
+  return sum;
+}
+
+TEST(DemAnchor, MoreHeightsOnTheSameErrorOfTheDemTellNoMore) {
+  EXPECT_NEAR(height_evidence(3.0, false) / height_evidence(9.0, false), 3.0, 0.4);
+  EXPECT_NEAR(height_evidence(3.0, true) / height_evidence(9.0, true), 1.0, 0.15);
 }
 
 TEST(DemAnchor, AnchorsOncePerSpacingAndEachKeyframeOnce) {

@@ -19,17 +19,10 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
-/// The DEM as the estimator will see it, and its error.
-struct SeenDem {
-  std::shared_ptr<const Dem> dem;
-  DemErrorModel error;
-};
-
-SeenDem seen(std::shared_ptr<const Dem> dem, const AnchoringOptions& options) {
+/// The DEM as the estimator will see it.
+BelievedDem seen(std::shared_ptr<const Dem> dem, const AnchoringOptions& options) {
   const DemErrorModel error{options.sigma_dem_m, options.dem_correlation_m};
-  if (!options.filter_dem) return {std::move(dem), error};
-  FilteredDem filtered = wiener_filtered(dem->raster(), error);
-  return {std::make_shared<Dem>(std::move(filtered.dem), dem->interpolation()), filtered.remaining};
+  return options.filter_dem ? most_probable(std::move(dem), error) : BelievedDem{std::move(dem), error};
 }
 
 /// Points of the route, `step_m` of path apart.
@@ -112,7 +105,7 @@ void read(const Pose& T_map_body, const Matrix6d& covariance, PredictedPose& res
 /// The graph of an errorless drive, with or without the DEM.
 class ErrorlessDrive {
  public:
-  ErrorlessDrive(const SeenDem& dem, const ObservabilityOptions& options, bool anchored)
+  ErrorlessDrive(const BelievedDem& dem, const ObservabilityOptions& options, bool anchored)
       : dem_(dem), options_(options), anchored_(anchored), graph_({.systematic = options.systematic}) {}
 
   /// Covariance of the newest pose when it is reached.
@@ -141,7 +134,7 @@ class ErrorlessDrive {
         boost::make_shared<TerrainPatchFactor>(patch, dem_.dem, dem_.error, options_.anchoring.patch_factor));
   }
 
-  const SeenDem& dem_;
+  const BelievedDem& dem_;
   const ObservabilityOptions& options_;
   bool anchored_;
   PoseGraph graph_;
@@ -157,7 +150,7 @@ std::vector<PredictedPose> predict_along(const std::vector<Eigen::Vector2d>& rou
     throw Error("the route is shorter than " + std::to_string(2.0 * step_m) + " m: too short to predict");
   if (!dem->covers(points.front().x(), points.front().y()))
     throw Error("the DEM has no height at the route's start: is the route in the DEM's map frame?");
-  const SeenDem seen_dem = seen(std::move(dem), options.anchoring);
+  const BelievedDem seen_dem = seen(std::move(dem), options.anchoring);
   ErrorlessDrive anchored(seen_dem, options, true), odometry(seen_dem, options, false);
   std::vector<PredictedPose> result;
   for (std::size_t i = 0; i + 1 < points.size() && !progress.stop_requested(); ++i) {
@@ -230,7 +223,7 @@ double sigma_at(const Dem& dem, const Eigen::Vector2d& centre, const Stencil& st
 }  // namespace
 
 DemRaster predicted_sigma(const Dem& dem, const ObservabilityOptions& options, const Progress& progress) {
-  const SeenDem seen_dem = seen(std::make_shared<Dem>(dem), options.anchoring);
+  const BelievedDem seen_dem = seen(std::make_shared<Dem>(dem), options.anchoring);
   const Stencil stencil = stencil_of(seen_dem.error, options);
   const DemRaster& fine = dem.raster();
   const double cell_m = std::max(options.information_cell_m, fine.cell_m);

@@ -85,6 +85,7 @@ class Dem {
   bool covers(double x_m, double y_m) const { return sample(x_m, y_m).has_value(); }
   /// Standard deviation of the height's error there; nothing without an uncertainty raster, outside it or at its holes.
   std::optional<double> sigma_m(double x_m, double y_m) const;
+  bool has_sigma() const { return sigma_ != nullptr; }
   void set_sigma(std::shared_ptr<const Dem> sigma) { sigma_ = std::move(sigma); }
 
   const DemRaster& raster() const { return raster_; }  ///< without its heights where they come in tiles

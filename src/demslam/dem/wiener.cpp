@@ -1,12 +1,12 @@
 #include "demslam/dem/wiener.h"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
-
-#include "demslam/base/error.h"
 
 namespace demslam {
 namespace {
@@ -17,8 +17,8 @@ constexpr int kTaps = kSide * kSide;
 constexpr int kShortLag = 8, kLongLag = 20;  // cells, where the terrain's power law is fitted
 constexpr int kErrorLags = 12;               // cells, how far the remaining error's correlation is followed
 
-/// Half the mean squared difference of heights `lag` cells apart, along both axes.
-double variogram(const DemRaster& dem, int lag) {
+/// Half the mean squared difference of heights `lag` cells apart, along both axes; none of too few.
+std::optional<double> variogram(const DemRaster& dem, int lag) {
   double sum = 0.0;
   std::size_t pairs = 0;
   const auto add = [&](float a, float b) {
@@ -33,7 +33,8 @@ double variogram(const DemRaster& dem, int lag) {
       if (row + lag < dem.rows) add(dem.at(row, col), dem.at(row + lag, col));
     }
   }
-  if (pairs < 1000) throw Error("the DEM is too small to filter: fewer than 1000 pairs of cells at the longest lag");
+  constexpr std::size_t kFew = 1000;
+  if (pairs < kFew) return std::nullopt;
   return 0.5 * sum / static_cast<double>(pairs);
 }
 
@@ -45,13 +46,15 @@ struct PowerLaw {
   double covariance(double cells) const { return -c * std::pow(cells, p); }
 };
 
-PowerLaw terrain_law(const DemRaster& dem, const DemErrorModel& error) {
+std::optional<PowerLaw> terrain_law(const DemRaster& dem, const DemErrorModel& error) {
   const double variance = error.covariance(0.0);
-  const auto terrain = [&](int lag) {
+  const std::optional<double> short_lag = variogram(dem, kShortLag), long_lag = variogram(dem, kLongLag);
+  if (!short_lag || !long_lag) return std::nullopt;
+  const auto terrain = [&](int lag, double both) {
     const double of_error = variance - error.covariance(lag * dem.cell_m);
-    return std::max(variogram(dem, lag) - of_error, 0.01 * variance * lag / kLongLag + 1e-9);
+    return std::max(both - of_error, 0.01 * variance * lag / kLongLag + 1e-9);
   };
-  const double near = terrain(kShortLag), far = terrain(kLongLag);
+  const double near = terrain(kShortLag, *short_lag), far = terrain(kLongLag, *long_lag);
   PowerLaw law;
   law.p = std::clamp(std::log(far / near) / std::log(static_cast<double>(kLongLag) / kShortLag), 0.8, 1.9);
   law.c = far / std::pow(kLongLag, law.p);
@@ -134,17 +137,25 @@ double filtered_height(const DemRaster& dem, const Eigen::VectorXd& weights, int
 
 }  // namespace
 
-FilteredDem wiener_filtered(const DemRaster& dem, const DemErrorModel& error) {
-  if (dem.heights.empty()) throw Error("the DEM is too large to filter as a whole; cut a part with 'demslam dem crop'");
-  const PowerLaw terrain = terrain_law(dem, error);
-  const Eigen::VectorXd weights = kriging_weights(terrain, error, dem.cell_m);
-  FilteredDem result{dem, remaining_error(weights, terrain, error, dem.cell_m)};
-  for (int row = 0; row < dem.rows; ++row) {
+std::optional<FilteredDem> wiener_filtered(const DemRaster& dem, const DemErrorModel& error) {
+  if (dem.heights.empty()) return std::nullopt;
+  const std::optional<PowerLaw> terrain = terrain_law(dem, error);
+  if (!terrain) return std::nullopt;
+  const Eigen::VectorXd weights = kriging_weights(*terrain, error, dem.cell_m);
+  FilteredDem result{dem, remaining_error(weights, *terrain, error, dem.cell_m)};
+  tbb::parallel_for(0, dem.rows, [&](int row) {
     for (int col = 0; col < dem.cols; ++col) {
       result.dem.at(row, col) = static_cast<float>(filtered_height(dem, weights, row, col));
     }
-  }
+  });
   return result;
+}
+
+BelievedDem most_probable(std::shared_ptr<const Dem> dem, const DemErrorModel& error) {
+  std::optional<FilteredDem> filtered;
+  if (!dem->has_sigma()) filtered = wiener_filtered(dem->raster(), error);
+  if (!filtered) return {std::move(dem), error};
+  return {std::make_shared<Dem>(std::move(filtered->dem), dem->interpolation()), filtered->remaining};
 }
 
 }  // namespace demslam

@@ -140,13 +140,9 @@ Estimator everything() {
 
 Estimator shipped() {
   Estimator estimator{.name = "default"};
-  estimator.anchoring = SlamOptions().anchoring;
-  return estimator;
-}
-
-Estimator with_states(Estimator estimator) {
-  estimator.name += " + states";
-  estimator.systematic.enabled = true;
+  const SlamOptions options;
+  estimator.anchoring = options.anchoring;
+  estimator.systematic = options.graph.systematic;
   return estimator;
 }
 
@@ -158,7 +154,7 @@ Estimator with_sun(Estimator estimator) {
 
 std::vector<Estimator> terrain_estimators() {
   return {odometry_only(),    published_factors(), full_gradient(), full_gradient_states(),    terrain_patches(),
-          filtered_patches(), shipped(), with_states(shipped()), submaps(),           everything(),    with_sun(odometry_only()), with_sun(everything())};
+          filtered_patches(), shipped(), submaps(),           everything(),    with_sun(odometry_only()), with_sun(everything())};
 }
 
 EstimateScore estimate(const Traverse& traverse, const Estimator& estimator) {

@@ -31,7 +31,6 @@ Estimator filtered_patches();      ///< the same on the Wiener-filtered DEM, gat
 Estimator submaps();               ///< whole submaps searched for every 50 m instead of patches
 Estimator everything();            ///< filtered patches, states, and a search that brings a lost estimate back
 Estimator shipped();               ///< as `demslam run` does by default
-Estimator with_states(Estimator estimator);
 Estimator with_sun(Estimator estimator);
 std::vector<Estimator> terrain_estimators();  ///< all of these
 

@@ -30,7 +30,7 @@ std::vector<StudyVariant> usual_variants() {
   return {{"odometry", without_loops(as(odometry_only()))},
           {"published", as(published_factors())},
           {"full_gradient", as(full_gradient())},
-          {"patches", as(filtered_patches())}};
+          {"default", SlamOptions()}};
 }
 
 std::vector<std::uint64_t> seeds_of(const ExperimentExtent& extent) {
@@ -79,8 +79,8 @@ PublishedExperiment crater_experiment(const fs::path& configs, const ExperimentE
                         {"loop", as(odometry_only())},
                         {"published", without_loops(as(published_factors()))},
                         {"published_loop", as(published_factors())},
-                        {"patches", without_loops(as(filtered_patches()))},
-                        {"patches_loop", as(filtered_patches())}},
+                        {"default", without_loops(SlamOptions())},
+                        {"default_loop", SlamOptions()}},
            .seeds = seeds_of(extent)},
           {{.drive = "crater_loop", .variant = "loop", .ate_m = 94.01},
            {.drive = "crater_loop", .variant = "published_loop", .ate_m = 21.43}}};

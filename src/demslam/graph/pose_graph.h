@@ -23,11 +23,11 @@ struct RelativePose {
 /// Systematic errors of the odometry as states: one per stretch of path, a random walk from stretch to stretch.
 struct SystematicOptions {
   bool enabled = false;
-  double scale_sigma = 0.01;                ///< prior of the relative scale error
-  double rotation_sigma_deg_per_m = 0.001;  ///< prior of the rotation bias, per body axis
+  double scale_sigma = 0.005;               ///< prior of the relative scale error
+  double rotation_sigma_deg_per_m = 0.002;  ///< prior of the rotation bias, per body axis
   double stretch_m = 200.0;                 ///< length of path that shares one state
   double scale_walk_per_sqrt_km = 0.002;    ///< growth of the scale's uncertainty along the path
-  double rotation_walk_deg_per_m_per_sqrt_km = 0.0003;
+  double rotation_walk_deg_per_m_per_sqrt_km = 0.0007;
 };
 
 /// The graph's estimate of the systematic errors where a keyframe is.

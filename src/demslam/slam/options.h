@@ -13,7 +13,7 @@ namespace demslam {
 struct SlamOptions {
   FrontendOptions frontend;
   OdometryOptions odometry;
-  PoseGraphOptions graph;
+  PoseGraphOptions graph{.systematic = {.enabled = true}};
   LoopOptions loops;
   AnchoringOptions anchoring{.filter_dem = true, .patches = true};
   LandmarkOptions landmarks;  ///< for terrain patches
