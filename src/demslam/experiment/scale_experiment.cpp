@@ -14,6 +14,7 @@
 #include "demslam/base/random.h"
 #include "demslam/base/time.h"
 #include "demslam/graph/loop_closure.h"
+#include "demslam/slam/options.h"
 #include "demslam/store/map_store.h"
 
 namespace demslam {
@@ -30,13 +31,6 @@ Matrix6d start_covariance() {
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(kStartSigma_rad), Eigen::Vector3d::Constant(kStartSigma_m);
   return sigma.cwiseAbs2().asDiagonal();
-}
-
-AnchoringOptions patches() {
-  AnchoringOptions options;
-  options.height = options.normal = false;
-  options.patches = true;
-  return options;
 }
 
 double peak_memory_mb() {
@@ -112,8 +106,8 @@ class ScaleRun {
   ScaleRun(const ScaleExperiment& experiment, const DriveOptions& options)
       : experiment_(experiment),
         drive_(options),
-        graph_({.systematic = {.enabled = true}}),
-        anchor_(drive_.dem(), patches(), Eigen::Vector3d::Zero(), drive_.T_body_left()),
+        graph_(SlamOptions().graph),
+        anchor_(drive_.dem(), SlamOptions().anchoring, Eigen::Vector3d::Zero(), drive_.T_body_left()),
         loops_({}, drive_.T_body_left(),
                [this](std::size_t i, std::size_t j, const Pose&) { return drive_.view(i, j); }) {
     if (experiment.map_folder) map_.emplace(*experiment.map_folder / "scale.db", experiment.features_per_keyframe);
