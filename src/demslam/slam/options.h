@@ -13,7 +13,7 @@ namespace demslam {
 struct SlamOptions {
   FrontendOptions frontend;
   OdometryOptions odometry;
-  PoseGraphOptions graph{.systematic = {.enabled = true}};
+  PoseGraphOptions graph{.systematic = {.enabled = true}};  ///< without a DEM there are no systematic states
   LoopOptions loops;
   AnchoringOptions anchoring{.filter_dem = true, .patches = true};
   LandmarkOptions landmarks;  ///< for terrain patches
