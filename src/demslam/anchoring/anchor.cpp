@@ -34,8 +34,8 @@ double slope_sigma(const DemErrorModel& error, double cell_m) {
   return std::sqrt(2.0 * (error.covariance(0.0) - error.covariance(2.0 * cell_m))) / (2.0 * cell_m);
 }
 
-/// Errors of the DEM at one factor after the other are alike: so many of them are worth one. Of their mean, the variance
-/// times this is that of independent ones.
+/// Errors of the DEM at one factor after the other are alike: so many of them are worth one. Of their mean, the
+/// variance times this is that of independent ones.
 double alike_factors(const DemErrorModel& error, double spacing_m) {
   const double step_m = std::max(1.0, spacing_m);
   double sum = 1.0;

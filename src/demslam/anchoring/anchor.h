@@ -24,11 +24,11 @@ struct AnchoringOptions {
   bool alike_errors = true;         ///< height factors within that distance share an error: each weighs less for it
   /// Tie to the most probable terrain instead of the DEM as it is, where that can be told (dem/wiener.h).
   bool filter_dem = false;
-  double sigma_contact_m = 0.15;    ///< ground inside a cell against the cell's height, added in quadrature
-  bool normal = true;               ///< the normal factor
-  double sigma_normal_deg = 4.0;    ///< the DEM's slope error and wheelbase against cell
-  double kernel_sigmas = 2.5;       ///< Cauchy, of height and normal
-  bool full_gradient = true;        ///< false: the published height factor, whose Jacobian has only its vertical part
+  double sigma_contact_m = 0.15;  ///< ground inside a cell against the cell's height, added in quadrature
+  bool normal = true;             ///< the normal factor
+  double sigma_normal_deg = 4.0;  ///< the DEM's slope error and wheelbase against cell
+  double kernel_sigmas = 2.5;     ///< Cauchy, of height and normal
+  bool full_gradient = true;      ///< false: the published height factor, whose Jacobian has only its vertical part
   bool gate =
       true;  ///< slopes only where they are surer than the DEM's error, normals only where the place is sure enough
   double max_tilt_deg = 60.0;  ///< a keyframe estimated steeper than this gets no normal factor

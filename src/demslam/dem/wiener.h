@@ -27,8 +27,8 @@ struct BelievedDem {
   DemErrorModel error;
 };
 
-/// Filtered where that is possible and the error is the same everywhere; else, and where an uncertainty raster says how it
-/// varies, as it is.
+/// Filtered where that is possible and the error is the same everywhere; else, and where an uncertainty raster says how
+/// it varies, as it is.
 BelievedDem most_probable(std::shared_ptr<const Dem> dem, const DemErrorModel& error);
 
 }  // namespace demslam

@@ -153,8 +153,10 @@ Estimator with_sun(Estimator estimator) {
 }
 
 std::vector<Estimator> terrain_estimators() {
-  return {odometry_only(),    published_factors(), full_gradient(), full_gradient_states(),    terrain_patches(),
-          filtered_patches(), shipped(), submaps(),           everything(),    with_sun(odometry_only()), with_sun(everything())};
+  return {
+      odometry_only(),       published_factors(), full_gradient(), full_gradient_states(), terrain_patches(),
+      filtered_patches(),    shipped(),           submaps(),       everything(),           with_sun(odometry_only()),
+      with_sun(everything())};
 }
 
 EstimateScore estimate(const Traverse& traverse, const Estimator& estimator) {

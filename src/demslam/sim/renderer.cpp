@@ -86,8 +86,9 @@ std::vector<Pass> passes_of(int per_axis) {
   const int count = per_axis * per_axis, middle = count / 2, stride = per_axis + 1;
   for (int k = 0; k < count; ++k) {
     const int moment = (((k - middle) * stride + middle) % count + count) % count;  // a permutation: stride is coprime
-    passes.push_back({(k % per_axis + 0.5) / per_axis - 0.5, (k / per_axis + 0.5) / per_axis - 0.5,
-                      (moment + 0.5) / count - 0.5, 1.0F / static_cast<float>(count), 2 * k + 1 == count});
+    const int column = k % per_axis, row = k / per_axis;
+    passes.push_back({(column + 0.5) / per_axis - 0.5, (row + 0.5) / per_axis - 0.5, (moment + 0.5) / count - 0.5,
+                      1.0F / static_cast<float>(count), 2 * k + 1 == count});
   }
   return passes;
 }
@@ -95,6 +96,7 @@ std::vector<Pass> passes_of(int per_axis) {
 /// The same rays at several moments of the exposure, where there is one ray per pixel only.
 std::vector<Pass> moments_of(int count) {
   std::vector<Pass> passes;
+  passes.reserve(count);
   for (int k = 0; k < count; ++k) {
     passes.push_back(
         {.time = (k + 0.5) / count - 0.5, .weight = 1.0F / static_cast<float>(count), .is_centre = 2 * k + 1 == count});
@@ -213,7 +215,7 @@ struct Renderer::World {
   RayScene rays;
   Illumination illumination;
   std::vector<Pass> passes;
-  std::size_t whole_image;  ///< so many of the passes go over all pixels, the others over edges
+  std::size_t whole_image;               ///< so many of the passes go over all pixels, the others over edges
   mutable std::deque<LensTable> lenses;  ///< of the cameras seen last: the rig's, and its light meter's
   Eigen::Vector3d lamp = Eigen::Vector3d::Zero();
   bool stale = true;
