@@ -19,6 +19,7 @@ from network import Lunar, for_use
 
 
 def graph_of(network):
+    network = for_use(network)
     buffer, sides = io.BytesIO(), {2: "height", 3: "width"}
     cells = {2: "rows", 3: "columns"}
     torch.onnx.export(network, torch.rand(1, 3, 64, 96), buffer, opset_version=17, dynamo=False,
@@ -69,14 +70,6 @@ On the held-back places (mean right matches within 3 px and their share, mutual 
 """
 
 
-def model_card(log, network, content, digest):
-    lines = log.read_text().splitlines()
-    return MODEL_CARD.format(
-        weights=sum(p.numel() for p in network.parameters()), bytes=len(content), sha256=digest,
-        training="\n".join("    " + line for line in lines if line.startswith("seed ")),
-        held_back="\n".join("    " + line for line in lines if " held back: " in line))
-
-
 def stripped(model):
     """Without what differs from one machine to the next."""
     model.ClearField("doc_string")
@@ -86,21 +79,30 @@ def stripped(model):
     return model
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("run", type=Path, help="the folder that train.py wrote")
+def model_card(template, log, network, content, digest):
+    lines = log.read_text().splitlines()
+    return template.format(
+        weights=sum(p.numel() for p in network.parameters()), bytes=len(content), sha256=digest,
+        training="\n".join("    " + line for line in lines if line.startswith("seed ")),
+        held_back="\n".join("    " + line for line in lines if " held back: " in line))
+
+
+def export(description, make_network, graph_of, card, card_in_words):
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path, help="the folder that the training wrote")
     parser.add_argument("-o", "--output", type=Path, required=True)
     arguments = parser.parse_args()
-    network = Lunar()
+    network = make_network()
     network.load_state_dict(torch.load(arguments.run / "best.pt", weights_only=True))
-    content = stripped(halve(graph_of(for_use(network)))).SerializeToString(deterministic=True)
+    content = stripped(halve(graph_of(network))).SerializeToString(deterministic=True)
     digest = hashlib.sha256(content).hexdigest()
     arguments.output.parent.mkdir(parents=True, exist_ok=True)
     arguments.output.write_bytes(content)
-    Path(f"{arguments.output}.toml").write_text(CARD.format(sha256=digest))
-    Path(f"{arguments.output}.md").write_text(model_card(arguments.run / "log.txt", network, content, digest))
+    Path(f"{arguments.output}.toml").write_text(card.format(sha256=digest))
+    Path(f"{arguments.output}.md").write_text(
+        model_card(card_in_words, arguments.run / "log.txt", network, content, digest))
     print(f"{arguments.output}: {len(content)} bytes, sha256 {digest}")
 
 
 if __name__ == "__main__":
-    main()
+    export(__doc__, Lunar, graph_of, CARD, MODEL_CARD)

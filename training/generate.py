@@ -4,8 +4,9 @@
   training/generate.py --demslam build/release/demslam --places 40 -o runs/training/data
 
 SEED.npz of a place: left, right uint8 [visit, frame, row, column]; depth_m float32 [frame, row, column] of the left
-camera; corners float32 [visit, frame, side, N, 2]: the detector's teacher; T_map_left float64 [frame, 4, 4]; focal_px, centre_px, baseline_m; suns_deg [visit, 2]. Places that are there
-already are kept, so the command goes on where it stopped.
+camera; corners float32 [visit, frame, side, N, 2]: the detector's teacher; T_map_left float64 [frame, 4, 4]; focal_px,
+centre_px, baseline_m; suns_deg [visit, 2]. Places that are there already are kept, so the command goes on where it
+stopped.
 """
 import argparse
 import subprocess
@@ -94,6 +95,7 @@ def main():
     parser.add_argument("--places", type=int, default=40, help="to train on")
     parser.add_argument("--held-back", type=int, default=4, help="to validate on")
     parser.add_argument("--first-seed", type=int, default=1)
+    parser.add_argument("--size", type=int, default=320, help="of the pictures, in pixels: a multiple of 32")
     parser.add_argument("--jobs", type=int, default=1, help="places at the same time")
     parser.add_argument("-o", "--output", type=Path, required=True)
     arguments = parser.parse_args()
@@ -103,7 +105,7 @@ def main():
     wanted = held_back + [arguments.first_seed + i for i in range(arguments.places)]
     missing = [s for s in wanted if not (arguments.output / f"{s}.npz").exists()]
     with ThreadPoolExecutor(arguments.jobs) as pool:
-        work = lambda s: generate(arguments.demslam, place(s), arguments.output / f"{s}.npz")
+        work = lambda s: generate(arguments.demslam, place(s, size=arguments.size), arguments.output / f"{s}.npz")
         for count, _ in enumerate(pool.map(work, missing), 1):
             print(f"\r{count} of {len(missing)} places", end="", flush=True)
     print(f"\n{arguments.output}: {len(wanted)} places")

@@ -8,7 +8,7 @@ import numpy as np
 import torch
 import torch.nn.functional as F
 
-from views import View, right_view, transfer
+from views import stereo_views, transfer
 
 CROP = 160
 POINTS = 256  # correspondences per pair
@@ -20,11 +20,7 @@ class Place:
     def __init__(self, file):
         packed = np.load(file)
         self.images = np.stack([packed["left"], packed["right"]], 2)  # [visit, frame, side, row, column]
-        self.suns_deg = packed["suns_deg"]
-        self.views = []  # [frame][side]
-        for pose, depth in zip(packed["T_map_left"], packed["depth_m"]):
-            left = View(pose, depth, float(packed["focal_px"]), packed["centre_px"])
-            self.views.append((left, right_view(left, float(packed["baseline_m"]))))
+        self.views = stereo_views(packed)
         self.corners = packed["corners"]  # [visit, frame, side, N, 2], the last ones nan
 
     def corners_in(self, picture, into):
@@ -66,15 +62,15 @@ def relit(random, crop):
         crop = F.avg_pool2d(F.pad(crop, (1, 1, 1, 1), mode="replicate"), 3, 1)
     crop = crop.clamp(0, 1) ** float(np.exp(random.normal(0.0, 0.25)))
     if random.random() < 0.15:
-        crop = crop * shadow(random)
+        crop = crop * shadow(random, *crop.shape[-2:])
     crop = crop * float(np.exp(random.normal(0.0, 0.35))) + float(random.normal(0.0, 0.05))
     noise = torch.from_numpy(random.standard_normal(crop.shape, np.float32)) * float(random.uniform(0.0, 0.025))
     return (crop + noise).clamp(0, 1)
 
 
-def shadow(random):
+def shadow(random, height, width):
     """Dark on one side of a straight edge."""
-    v, u = np.mgrid[:CROP, :CROP] / CROP - 0.5
+    v, u = np.mgrid[:height, :width] / max(height, width) - 0.5
     angle = random.uniform(0, 2 * np.pi)
     dark = np.cos(angle) * u + np.sin(angle) * v > random.uniform(0.1, 0.4)
     return torch.from_numpy(np.where(dark, random.uniform(0.05, 0.5), 1.0).astype(np.float32))
@@ -118,9 +114,8 @@ def corner_weights(seen, partner, same_light):
     return np.where(partner >= 0, 1.0, np.where(seen, lost, 0.5))
 
 
-def draw_pictures(random, place):
+def draw_pictures(random, visits, frames):
     """(visit, frame, side) twice: stereo, the same drive, or another visit under another sun."""
-    visits, frames = place.images.shape[:2]
     a = (int(random.integers(visits)), int(random.integers(frames)), int(random.random() < 0.2))
     kind = random.random()
     if kind < 0.1:
@@ -131,7 +126,7 @@ def draw_pictures(random, place):
 
 def draw_pair(random, place):
     """One pair as a dict of arrays, or None where the two pictures share too little."""
-    a, b = draw_pictures(random, place)
+    a, b = draw_pictures(random, *place.images.shape[:2])
     view_a, view_b = place.views[a[1]][a[2]], place.views[b[1]][b[2]]
     size = place.images.shape[-1]
     centre = random.uniform(40, size - 40, (1, 2))

@@ -6,14 +6,10 @@
 Writes log.txt, checkpoint.pt (resumed by the same command) and best.pt, the weights that did best on the held-back
 places. Same data, steps, seed and number of threads: same weights, interrupted or not.
 """
-import argparse
-import math
-import time
-from pathlib import Path
-
 import torch
 import torch.nn.functional as F
 
+from loop import Training, parser
 from network import Lunar, sample
 from pairs import CROP, Place, draw_batch
 from places import HELD_BACK
@@ -21,8 +17,6 @@ from validate import validate
 
 SHARPNESS = 16.0  # of the softmax over cosines
 NEAR_PX = 6.0  # points this close to the right one are not called wrong
-FASTEST = 2e-3
-WARM_UP = 100
 
 
 def dual_softmax(rows_a, rows_b, points_b, valid):
@@ -58,47 +52,17 @@ def step_losses(network, batch):
     reliable = F.binary_cross_entropy(trust[both], torch.cat([found, found])[both].float())
     keypoints = keypoint_loss(logits, torch.cat([batch["heat_a"], batch["heat_b"]]))
     right = found[batch["valid"]].float().mean()
-    return match + keypoints + 0.5 * reliable, (match, keypoints, reliable, right)
+    shown = {"match": match, "keypoints": keypoints, "reliability": reliable, "found": right}
+    return match + keypoints + 0.5 * reliable, shown
 
 
-def rate(step, steps):
-    return FASTEST * min(1.0, (step + 1) / WARM_UP) * (0.02 + 0.98 * 0.5 * (1 + math.cos(math.pi * step / steps)))
+class LunarTraining(Training):
+    fastest = 2e-3
 
-
-class Training:
     def __init__(self, arguments):
-        torch.manual_seed(arguments.seed)
-        torch.set_num_threads(arguments.threads)
-        self.arguments, self.folder = arguments, arguments.output
-        self.folder.mkdir(parents=True, exist_ok=True)
-        files = sorted(arguments.data.glob("*.npz"), key=lambda f: int(f.stem))
-        self.places = [Place(f) for f in files if int(f.stem) < HELD_BACK]
-        self.held_back = [Place(f) for f in files if int(f.stem) >= HELD_BACK]
-        if not self.places or not self.held_back:
-            raise SystemExit(f"{arguments.data}: no places to train on, or none held back; run training/generate.py")
-        self.network = Lunar()
-        self.optimizer = torch.optim.AdamW(self.network.parameters(), FASTEST, weight_decay=1e-3)
-        self.step, self.best = 0, -1.0
-        self.resume()
-
-    def resume(self):
-        file = self.folder / "checkpoint.pt"
-        if file.exists():
-            saved = torch.load(file, weights_only=True)
-            self.network.load_state_dict(saved["network"])
-            self.optimizer.load_state_dict(saved["optimizer"])
-            self.step, self.best = saved["step"], saved["best"]
-
-    def save(self):
-        unfinished = self.folder / "checkpoint.part"
-        torch.save({"network": self.network.state_dict(), "optimizer": self.optimizer.state_dict(),
-                    "step": self.step, "best": self.best}, unfinished)
-        unfinished.rename(self.folder / "checkpoint.pt")
-
-    def log(self, text):
-        print(text, flush=True)
-        with open(self.folder / "log.txt", "a") as stream:
-            stream.write(text + "\n")
+        files = sorted(arguments.data.glob("*[0-9].npz"), key=lambda f: int(f.stem))
+        super().__init__(arguments, Lunar, [Place(f) for f in files if int(f.stem) < HELD_BACK],
+                         [Place(f) for f in files if int(f.stem) >= HELD_BACK])
 
     def batch(self):
         batch = draw_batch(self.places, self.arguments.seed, self.step, self.arguments.pairs)
@@ -106,56 +70,16 @@ class Training:
         generator = torch.Generator().manual_seed(self.arguments.seed * 1_000_003 + self.step)
         return {**batch, "jitter": torch.randn(shape, generator=generator) * 0.7}
 
-    def advance(self):
-        for group in self.optimizer.param_groups:
-            group["lr"] = rate(self.step, self.arguments.steps)
-        loss, parts = step_losses(self.network, self.batch())
-        self.optimizer.zero_grad(set_to_none=True)
+    def backward(self):
+        loss, shown = step_losses(self.network, self.batch())
         loss.backward()
-        torch.nn.utils.clip_grad_norm_(self.network.parameters(), 5.0)
-        self.optimizer.step()
-        self.step += 1
-        return torch.stack(parts).detach()
+        return shown
 
     def check(self):
         report = validate(self.network, self.held_back)
-        score = float(sum(right for right, _ in report.values()))
         text = "; ".join(f"{kind}: {right:.0f} right, {precision:.0f} %" for kind, (right, precision) in report.items())
-        self.log(f"step {self.step} held back: {text}")
-        if score > self.best:
-            self.best = score
-            torch.save(self.network.state_dict(), self.folder / "best.pt")
-        self.save()
-
-    def run(self):
-        a = self.arguments
-        self.log(f"seed {a.seed}, {len(self.places)} places, {len(self.held_back)} held back, {a.pairs} pairs a step, "
-                 f"{a.threads} thread(s), from step {self.step} to {a.steps}")
-        begun, parts = time.time(), []
-        while self.step < min(a.steps, a.until):
-            parts.append(self.advance())
-            if self.step % 50 == 0:
-                match, keypoints, reliable, right = torch.stack(parts).mean(0).tolist()
-                self.log(f"step {self.step}: match {match:.3f}, keypoints {keypoints:.3f}, reliability {reliable:.3f}, "
-                         f"{100 * right:.1f} % found, {(time.time() - begun) / len(parts):.2f} s a step")
-                begun, parts = time.time(), []
-            if self.step % a.check_every == 0 or self.step == a.steps:
-                self.check()
-                begun = time.time()
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("-o", "--output", type=Path, required=True)
-    parser.add_argument("--steps", type=int, default=4000)
-    parser.add_argument("--until", type=int, default=1_000_000, help="stop here, in the schedule of all --steps")
-    parser.add_argument("--pairs", type=int, default=8, help="per step")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--check-every", type=int, default=500, help="steps between looks at the held-back places")
-    Training(parser.parse_args()).run()
+        return sum(right for right, _ in report.values()), text
 
 
 if __name__ == "__main__":
-    main()
+    LunarTraining(parser(__doc__).parse_args()).run()

@@ -1,35 +1,20 @@
 """Matching on held-back places, decoded as the product decodes: precision of mutual nearest neighbours by exact truth."""
 import numpy as np
 import torch
-import torch.nn.functional as F
 
-from network import for_use, sample
+from decode import decode
+from matches import RIGHT_PX
+from network import for_use
 from views import transfer
 
 KEYPOINTS = 400
-RIGHT_PX = 3.0
-
-
-def detect(logits, reliability, count=KEYPOINTS):
-    """Pixels [N, 2], best first."""
-    heat = F.pixel_shuffle(logits.softmax(1)[:, :64], 8)
-    height, width = heat.shape[2:]
-    peak = (heat == F.max_pool2d(heat, 5, 1, 2)) & (heat > 0.05)
-    v, u = torch.nonzero(peak[0, 0], as_tuple=True)
-    pixels = torch.stack([u, v], 1).float()
-    trust = F.grid_sample(reliability, (2 * pixels / torch.tensor([width - 1.0, height - 1.0]) - 1)[None, :, None],
-                          align_corners=False)[0, 0, :, 0]
-    order = (heat[0, 0, v, u] * trust).argsort(descending=True, stable=True)[:count]
-    return pixels[order]
 
 
 def features(network, image):
     grey = torch.from_numpy(image.astype(np.float32) / 255)[None, None]
     with torch.no_grad():
-        descriptors, logits, reliability = network(grey)
-        pixels = detect(logits, reliability)
-        rows = sample(F.normalize(descriptors, dim=1), pixels[None], image.shape[1], image.shape[0])[0]
-    return pixels.numpy(), F.normalize(rows, dim=1).numpy()
+        pixels, rows = decode(*network(grey), KEYPOINTS)
+    return pixels.numpy(), rows.numpy()
 
 
 def mutual_nearest(a, b):

@@ -63,6 +63,13 @@ def right_view(left, baseline_m):
     return View(pose, fill_single_holes(depth), left.focal_px, left.centre_px)
 
 
+def stereo_views(packed):
+    """[frame][side] of a place as generate.py packs it."""
+    lefts = [View(pose, depth, float(packed["focal_px"]), packed["centre_px"])
+             for pose, depth in zip(packed["T_map_left"], packed["depth_m"])]
+    return [(left, right_view(left, float(packed["baseline_m"]))) for left in lefts]
+
+
 def fill_single_holes(depth):
     """Stretched ground leaves columns of one pixel empty: they take the farther neighbour's depth."""
     filled = depth.copy()

@@ -1,0 +1,83 @@
+"""Training pairs of the matcher: keypoints of two pictures of one place, with who is whose partner.
+
+The pairs of number `step` are a pure function of (seed, step), as in pairs.py.
+"""
+import numpy as np
+import torch
+
+from matches import partners
+from pairs import draw_pictures
+from views import stereo_views
+
+FEWEST, MOST = 128, 512  # keypoints of a picture
+FEWEST_MATCHES = 12
+
+
+class Place:
+    def __init__(self, rendered, extracted):
+        packed, found = np.load(rendered), np.load(extracted)
+        self.views = stereo_views(packed)
+        self.pixels, self.descriptors = found["pixels"], found["descriptors"]
+        self.visits_frames = self.pixels.shape[1:3]
+        self.middle = np.array(packed["depth_m"].shape[:0:-1]) / 2  # of a picture, in pixels
+
+    def view(self, picture):
+        _, frame, side = picture
+        return self.views[frame][side]
+
+    def features(self, picture, copy=0, count=MOST):
+        """The `count` best keypoints: pixels and descriptors."""
+        pixels = self.pixels[copy, *picture].astype(float)
+        count = min(count, np.isfinite(pixels[:, 0]).sum())
+        return pixels[:count], self.descriptors[copy, *picture, :count].astype(np.float32)
+
+    def normalised(self, pixels):
+        """As the product hands them to a matcher."""
+        return (pixels - self.middle) / self.middle.max()
+
+
+def load_places(data, features):
+    """By seed."""
+    files = sorted(features.glob("*[0-9].npz"), key=lambda f: int(f.stem))
+    return {int(f.stem): Place(data / f.name, f) for f in files}
+
+
+def draw_similarity(random):
+    """Another camera's roll, zoom and middle: a linear map of normalised keypoints, and a shift."""
+    angle, scale = random.normal(0.0, 0.08), np.exp(random.normal(0.0, 0.08))
+    c, s = scale * np.cos(angle), scale * np.sin(angle)
+    return np.array([[c, -s], [s, c]]), random.normal(0.0, 0.05, 2)
+
+
+def draw_pair(random, place):
+    """One pair as a dict of arrays, or None where the two pictures share too little."""
+    extent = place.middle / place.middle.max()
+    share = random.uniform(0.55, 1.0)  # of the picture's width and height that a narrower camera would have seen
+    middle = random.uniform(share - 1.0, 1.0 - share, 2) * extent
+    count = random.integers(FEWEST, MOST, endpoint=True)
+    pictures, seen, pair = draw_pictures(random, *place.visits_frames), [], {}
+    for name, picture in zip("ab", pictures):
+        pixels, descriptors = place.features(picture, random.integers(len(place.pixels)))
+        keypoints = (place.normalised(pixels) - middle) / share
+        shown = np.nonzero((np.abs(keypoints) <= extent).all(1))[0][:count]
+        linear, shift = draw_similarity(random)
+        pair["keypoints_" + name] = keypoints[shown] @ linear.T + shift
+        pair["descriptors_" + name] = descriptors[shown]
+        seen.append(pixels[shown])
+    if min(map(len, seen)) < FEWEST_MATCHES:
+        return None
+    pair["partner_a"], pair["partner_b"] = partners(*map(place.view, pictures), *seen)
+    return pair if (pair["partner_a"] >= 0).sum() >= FEWEST_MATCHES else None
+
+
+def draw_pairs(places, seed, step, count):
+    """Dicts of tensors, each of another place."""
+    random = np.random.default_rng([seed, step])
+    drawn = []
+    for index in random.permutation(len(places)):
+        tries = (draw_pair(random, places[index]) for _ in range(8))
+        drawn += [pair for pair in [next(filter(None, tries), None)] if pair]
+        if len(drawn) == count:
+            break
+    return [{key: torch.from_numpy(values if key.startswith("partner") else values.astype(np.float32))
+             for key, values in pair.items()} for pair in drawn]
