@@ -16,10 +16,14 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   fs::path output;
+  int seeds = 0;  ///< 0: as --quick says
+  bool quick = false;
   FixExperiment experiment;
 };
 
-void run(const Arguments& a) {
+void run(Arguments a) {
+  if (a.quick) a.experiment.seeds = 1;
+  if (a.seeds > 0) a.experiment.seeds = a.seeds;
   std::error_code failure;
   fs::create_directories(a.output, failure);
   if (failure) throw Error(a.output.string() + ": cannot be made: " + failure.message());
@@ -36,11 +40,12 @@ void add_fixes_experiment(CLI::App& experiments) {
   CLI::App* command = experiments.add_subcommand(
       "fixes", "how often a search for a submap finds the place, and how often a wrong one, without images");
   command->add_option("-o,--output", a->output, "folder for the table")->required();
-  command->add_option("--seeds", a->experiment.seeds, "worlds per relief")->check(CLI::PositiveNumber);
+  command->add_option("--seeds", a->seeds, "worlds per relief")->check(CLI::PositiveNumber);
   command->add_option("--first-seed", a->experiment.first_seed, "seed of the first world");
   command->add_option("--start-error-m", a->experiment.start_errors_m, "how far off the search begins");
   command->add_option("--anywhere-m", a->experiment.global_radius_m, "also search this radius without a start");
   command->add_option("--threads", a->experiment.threads, "worlds at the same time")->check(CLI::PositiveNumber);
+  command->add_flag("--quick", a->quick, "one world per relief");
   command->footer("Example:\n  demslam experiment fixes --seeds 3 -o runs/fixes");
   command->callback([a] { run(*a); });
 }

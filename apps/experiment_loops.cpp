@@ -12,6 +12,7 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   fs::path output;
+  int seeds = 0, false_loops = -1;  ///< 0 and less: as --quick says
   bool quick = false;
   LoopsExperiment experiment;
 };
@@ -22,6 +23,8 @@ void run(Arguments a) {
     a.experiment.seeds = 2;
     a.experiment.false_loops = 300;
   }
+  if (a.seeds > 0) a.experiment.seeds = a.seeds;
+  if (a.false_loops >= 0) a.experiment.false_loops = a.false_loops;
   const FinishedRuns finished(a.output);
   ProgressBar bar("loops", "runs");
   const std::vector<LoopsRun> runs = loops_experiment(a.experiment, &finished, bar.progress());
@@ -35,9 +38,8 @@ void add_loops_experiment(CLI::App& experiments) {
   CLI::App* command = experiments.add_subcommand("loops", "false loop closures put into runs that have true ones too");
   command->add_option("-o,--output", a->output, "folder for tables and finished runs; goes on where it stopped")
       ->required();
-  command->add_option("--seeds", a->experiment.seeds, "runs, with and without absolute fixes")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--false-loops", a->experiment.false_loops, "in each run")->check(CLI::NonNegativeNumber);
+  command->add_option("--seeds", a->seeds, "runs, with and without absolute fixes")->check(CLI::PositiveNumber);
+  command->add_option("--false-loops", a->false_loops, "in each run")->check(CLI::NonNegativeNumber);
   command->add_flag("--quick", a->quick, "two shorter runs of each kind, 300 false loops");
   command->footer("Example:\n  demslam experiment loops --quick -o runs/loops");
   command->callback([a] { run(*a); });

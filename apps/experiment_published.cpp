@@ -6,6 +6,7 @@
 
 #include "demslam/base/error.h"
 #include "demslam/experiment/published.h"
+#include "demslam/experiment/study_figures.h"
 #include "demslam/experiment/study_table.h"
 #include "experiments.h"
 #include "progress_bar.h"
@@ -38,6 +39,7 @@ void run(const Arguments& arguments, const MakeExperiment& make) {
   ProgressBar bar(experiment.study.name, "frames");
   const auto scores = run_study(experiment.study, arguments.output, bar.progress());
   write_study(experiment.study, scores, experiment.published, arguments.output);
+  write_study_figures(experiment.study, arguments.output);
   fmt::print("{}", study_markdown(experiment.study, scores, experiment.published));
 }
 
@@ -68,6 +70,8 @@ void add_published_experiments(CLI::App& experiments) {
       [](const Arguments& a, const fs::path& configs) { return crater_experiment(configs, a.extent); });
   add(experiments, "traverse", "1.19 km: odometry, published factors, everything",
       [](const Arguments& a, const fs::path& configs) { return traverse_experiment(configs, a.extent); });
+  add(experiments, "longrange", "11 km: odometry, with a sun sensor, with the DEM, with both",
+      [](const Arguments& a, const fs::path& configs) { return longrange_experiment(configs, a.extent); });
   add(experiments, "uncertainty", "table 2: 378 m with noise, bias and shift of the DEM",
       [](const Arguments& a, const fs::path& configs) { return uncertainty_experiment(configs, a.extent); });
   add(experiments, "anchoring", "every kind of anchoring with images: highland, crater rim, mare, a real map",

@@ -96,6 +96,21 @@ PublishedExperiment traverse_experiment(const fs::path& configs, const Experimen
            {.drive = "traverse", .variant = "published", .ate_m = 7.71, .rpe_m = 0.020}}};
 }
 
+PublishedExperiment longrange_experiment(const fs::path& configs, const ExperimentExtent& extent) {
+  StudyDrive drive = drive_of("polar", configs / "polar_11km.toml", extent);
+  drive.scene.output.imu = drive.scene.output.wheels = drive.scene.output.sun = true;
+  SlamOptions odometry, sun, dem;
+  odometry.use_dem = odometry.use_sun = odometry.use_loops = false;
+  sun.use_dem = false;
+  dem.use_sun = false;
+  return {{.name = "longrange",
+           .title = "Eleven kilometres",
+           .drives = {drive},
+           .variants = {{"odometry", odometry}, {"sun", sun}, {"dem", dem}, {"default", SlamOptions()}},
+           .seeds = seeds_of(extent)},
+          {}};
+}
+
 PublishedExperiment uncertainty_experiment(const fs::path& configs, const ExperimentExtent& extent) {
   struct Case {
     const char* name;

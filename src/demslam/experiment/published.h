@@ -37,6 +37,8 @@ PublishedExperiment lusnar_experiment(const std::filesystem::path& configs, cons
 PublishedExperiment crater_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent);
 /// The traverse of 1.19 km.
 PublishedExperiment traverse_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent);
+/// The 11 km with images: odometry, sun sensor, DEM, both.
+PublishedExperiment longrange_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent);
 /// Table 2: 378 m, with the DEM's noise, bias and shift.
 PublishedExperiment uncertainty_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent);
 /// Highland, crater rim and mare, and a real elevation map where `nac` names one: every kind of anchoring.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "demslam/base/error.h"
+#include "demslam/base/text.h"
 #include "demslam/config/slam_config.h"
 #include "demslam/dem/dem.h"
 #include "demslam/evaluation/runs.h"
@@ -13,19 +14,24 @@
 #include "demslam/sim/simulate.h"
 #include "demslam/slam/replay.h"
 #include "demslam/slam/run.h"
+#include "demslam/slam/summary.h"
 
 namespace demslam {
 namespace {
 
 namespace fs = std::filesystem;
 
-bool is_finished(const fs::path& run) { return fs::is_regular_file(run / "summary.json"); }
+/// An interrupted run has a summary, too.
+bool is_finished(const fs::path& run) {
+  const fs::path summary = run / "summary.json";
+  return fs::is_regular_file(summary) && demslam::is_finished(read_text(summary), 0);
+}
 
 /// One drive with one seed, in its folder.
 class StudyCase {
  public:
   StudyCase(const Study& study, const StudyDrive& drive, std::uint64_t seed, const fs::path& out)
-      : study_(study), drive_(drive), seed_(seed), folder_(out / fmt::format("{}_s{}", drive.name, seed)) {}
+      : study_(study), drive_(drive), seed_(seed), folder_(study_folder(out, drive, seed)) {}
 
   /// False: stopped before the end.
   bool run(const Progress& progress) {
@@ -110,6 +116,10 @@ Progress share_of(const Progress& whole, std::size_t index, std::size_t count) {
 }
 
 }  // namespace
+
+fs::path study_folder(const fs::path& out, const StudyDrive& drive, std::uint64_t seed) {
+  return out / fmt::format("{}_s{}", drive.name, seed);
+}
 
 std::vector<StudyScore> run_study(const Study& study, const fs::path& out, const Progress& progress) {
   std::vector<StudyScore> scores;

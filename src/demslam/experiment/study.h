@@ -48,6 +48,9 @@ struct StudyScore {
   int loops = 0;
 };
 
+/// Where a study keeps one drive with one seed: data, recording, and a run folder per variant.
+std::filesystem::path study_folder(const std::filesystem::path& out, const StudyDrive& drive, std::uint64_t seed);
+
 /// Simulates, runs and evaluates what `out` does not hold yet: OUT/DRIVE_sSEED/data (no images; they are rendered as
 /// they are read) and OUT/DRIVE_sSEED/VARIANT (run folders). When asked to stop, gives the scores so far; the same call
 /// goes on.

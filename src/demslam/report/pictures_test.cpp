@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "demslam/base/error.h"
 #include "demslam/report/map_picture.h"
 #include "demslam/report/svg_plot.h"
@@ -36,6 +38,14 @@ TEST(SvgPlot, DrawsEverySeriesWithItsLabelAndTheUnits) {
   const std::string svg =
       to_svg({"Error", "distance [m]", "error [m]", {{"odometry", "#c00", {{0.0, 0.0}, {10.0, 2.0}}}}});
   EXPECT_THAT(svg, testing::AllOf(HasSubstr("<polyline"), HasSubstr("odometry"), HasSubstr("distance [m]")));
+}
+
+TEST(SvgPlot, HasDecadesOnALogarithmicAxisAndLeavesOutWhatIsNotPositive) {
+  const std::string svg =
+      to_svg({.title = "Error", .series = {{"both", "#c00", {{0.0, 0.0}, {5.0, 0.02}, {10.0, 300.0}}}}, .log_y = true});
+  for (const char* tick : {">0.01<", ">0.1<", ">1<", ">10<", ">100<", ">1000<"}) EXPECT_THAT(svg, HasSubstr(tick));
+  const std::string points = svg.substr(svg.find("points=\""));
+  EXPECT_EQ(std::ranges::count(points.substr(0, points.find("/>")), ','), 2);
 }
 
 TEST(MapPicture, ShowsTheTrackInItsColourOverTheTerrain) {

@@ -16,9 +16,10 @@ struct LinePlot {
   std::string title, x_label, y_label;  ///< labels carry their units
   std::vector<PlotSeries> series;
   int width = 900, height = 320;  ///< pixels
+  bool log_y = false;             ///< decades; what is not positive is left out
 };
 
-/// A self-contained <svg> element with axes, ticks at round numbers and a legend.
+/// A self-contained SVG document with axes, ticks at round numbers and a legend.
 std::string to_svg(const LinePlot& plot);
 
 /// About `count` round numbers (1, 2, 5 x 10^n apart) that cover [low, high].
