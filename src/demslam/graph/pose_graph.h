@@ -42,7 +42,7 @@ struct PoseGraphOptions {
   double loop_gate = 22.46;         ///< chi-square (6 degrees of freedom, 99.9 %) against the rest of the graph
                                     ///< beyond which a batch switches a loop off
   double window_m = 100.0;          ///< path that optimize_recent() keeps in play
-  double batch_every = 0.01;        ///< path between two batches in the run, as a share of the path so far
+  double batch_every = 0.03;        ///< path between two batches in the run, as a share of the path so far
   int max_iterations = 100;
 };
 

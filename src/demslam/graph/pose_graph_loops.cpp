@@ -139,6 +139,12 @@ void PoseGraph::State::weigh(Loop& loop, double weight) {
   }
 }
 
+std::vector<bool> PoseGraph::State::loops_on() const {
+  std::vector<bool> on;
+  for (const Loop& loop : loops) on.push_back(loop.is_on());
+  return on;
+}
+
 bool PoseGraph::State::loops_fit() const {
   return std::ranges::all_of(loops,
                              [&](const Loop& loop) { return loop.is_on() == (misfit(loop) <= options.loop_gate); });
@@ -226,35 +232,30 @@ bool PoseGraph::State::take_back(const std::vector<double>& chi_squares) {
   return any;
 }
 
-void PoseGraph::State::snoop() {
-  for (bool taken_back = false;;) {
+bool PoseGraph::State::snoop() {
+  for (bool taken_back = false, any = false;; any = true) {
     const std::vector<double> chi_squares = against_the_rest();
     bool changed = leave_out_the_worst(chi_squares);
     if (!changed && !taken_back) {
       taken_back = true;
       changed = take_back(chi_squares);
     }
-    if (!changed) return;
+    if (!changed) return any;
     solve(kGraduatedIterations);
   }
 }
 
-int PoseGraph::State::sort_out_loops() {
-  std::vector<bool> was_on;
-  for (const Loop& loop : loops) was_on.push_back(loop.is_on());
-  if (loops_fit()) {
+bool PoseGraph::State::sort_out_loops() {
+  const bool fit = loops_fit();
+  if (fit) {
     for (Loop& loop : loops) weigh(loop, loop.is_on() ? kNoKernel : 0.0);
   } else {
     graduate();
+    solve(kGraduatedIterations);
   }
-  solve(kGraduatedIterations);
-  snoop();
-  int switched = 0;
-  for (std::size_t l = 0; l < loops.size(); ++l) {
-    switched += was_on[l] != loops[l].is_on();
-    weigh(loops[l], loops[l].is_on() ? 1.0 : 0.0);
-  }
-  return switched;
+  const bool changed = snoop();
+  for (Loop& loop : loops) weigh(loop, loop.is_on() ? 1.0 : 0.0);
+  return !fit || changed;
 }
 
 }  // namespace demslam

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <functional>
+#include <numeric>
 
 #include "demslam/graph/pose_graph_state.h"
 
@@ -14,8 +16,11 @@ OptimizerReport PoseGraph::optimize() {
   s.check_tied();
   s.past = {};
   OptimizerReport report = s.solve(s.options.max_iterations);
-  if (loops() > 0) {
-    report.loops_switched = s.sort_out_loops();
+  const std::vector<bool> before = s.loops_on();
+  if (loops() > 0 && s.sort_out_loops()) {
+    const std::vector<bool> after = s.loops_on();
+    report.loops_switched =
+        std::inner_product(before.begin(), before.end(), after.begin(), 0, std::plus{}, std::not_equal_to{});
     const OptimizerReport again = s.solve(s.options.max_iterations);
     report.error_after = again.error_after;
     report.iterations += again.iterations;

@@ -66,13 +66,14 @@ struct PoseGraph::State {
   // Loops.
   double misfit(const Loop& loop) const;  ///< mean chi-square by the measurements' covariances alone
   void weigh(Loop& loop, double weight);  ///< 0 takes it out
-  /// Expects the batch to be solved, and leaves one to be solved. Returns how many loops have changed sides.
-  int sort_out_loops();
+  /// Switches loops off and on again. Expects the batch to be solved; true: it is to be solved again.
+  bool sort_out_loops();
+  std::vector<bool> loops_on() const;
   bool loops_fit() const;  ///< each within the gate, or switched off and beyond it
   void graduate();         ///< graduated non-convexity over all loops: for gross contradictions
   /// Baarda's data snooping, for what hides in a loose graph: the loop that the rest believes least is left out, until
-  /// the rest believes all; then those left out that it believes come back, once.
-  void snoop();
+  /// the rest believes all; then those left out that it believes come back, once. True when any changed sides.
+  bool snoop();
   /// Chi-square (6 degrees of freedom) of every loop's displacement as a whole against everything else: one pass down
   /// the Bayes tree, exact where the graph is linear.
   std::vector<double> against_the_rest() const;
