@@ -1,15 +1,15 @@
 """Training pairs of the matcher: keypoints of two pictures of one place, with who is whose partner.
 
-The pairs of number `step` are a pure function of (seed, step), as in pairs.py.
+A pair is a pure function of (seed, step, number in the step): a resumed training sees what an uninterrupted one would
+have.
 """
 import numpy as np
-import torch
 
 from matches import partners
 from pairs import draw_pictures
 from views import stereo_views
 
-FEWEST, MOST = 128, 512  # keypoints of a picture
+FEWEST, MOST = 128, 1024  # keypoints of a picture
 FEWEST_MATCHES = 12
 
 
@@ -49,19 +49,19 @@ def draw_similarity(random):
     return np.array([[c, -s], [s, c]]), random.normal(0.0, 0.05, 2)
 
 
-def draw_pair(random, place):
+def try_pair(random, place):
     """One pair as a dict of arrays, or None where the two pictures share too little."""
     extent = place.middle / place.middle.max()
     share = random.uniform(0.55, 1.0)  # of the picture's width and height that a narrower camera would have seen
     middle = random.uniform(share - 1.0, 1.0 - share, 2) * extent
-    count = random.integers(FEWEST, MOST, endpoint=True)
+    count = int(np.exp(random.uniform(np.log(FEWEST), np.log(MOST))))
     pictures, seen, pair = draw_pictures(random, *place.visits_frames), [], {}
     for name, picture in zip("ab", pictures):
         pixels, descriptors = place.features(picture, random.integers(len(place.pixels)))
         keypoints = (place.normalised(pixels) - middle) / share
         shown = np.nonzero((np.abs(keypoints) <= extent).all(1))[0][:count]
         linear, shift = draw_similarity(random)
-        pair["keypoints_" + name] = keypoints[shown] @ linear.T + shift
+        pair["keypoints_" + name] = (keypoints[shown] @ linear.T + shift).astype(np.float32)
         pair["descriptors_" + name] = descriptors[shown]
         seen.append(pixels[shown])
     if min(map(len, seen)) < FEWEST_MATCHES:
@@ -70,14 +70,9 @@ def draw_pair(random, place):
     return pair if (pair["partner_a"] >= 0).sum() >= FEWEST_MATCHES else None
 
 
-def draw_pairs(places, seed, step, count):
-    """Dicts of tensors, each of another place."""
-    random = np.random.default_rng([seed, step])
-    drawn = []
-    for index in random.permutation(len(places)):
-        tries = (draw_pair(random, places[index]) for _ in range(8))
-        drawn += [pair for pair in [next(filter(None, tries), None)] if pair]
-        if len(drawn) == count:
-            break
-    return [{key: torch.from_numpy(values if key.startswith("partner") else values.astype(np.float32))
-             for key, values in pair.items()} for pair in drawn]
+def draw_pair(places, seed, step, number):
+    random = np.random.default_rng([seed, step, number])
+    while True:
+        pair = try_pair(random, places[random.integers(len(places))])
+        if pair:
+            return pair

@@ -3,15 +3,18 @@
 
   training/train_matcher.py --data runs/training/data --features runs/training/features -o runs/training/matcher
 
-Writes what train.py writes, and is as repeatable.
+Writes what train.py writes, and is as repeatable; --threads is how many pairs are worked on at the same time, each by
+a process of its own.
 """
+import multiprocessing
 from pathlib import Path
 
+import numpy as np
 import torch
 import torch.nn.functional as F
 
 from loop import Training, parser
-from match_pairs import draw_pairs, load_places
+from match_pairs import draw_pair, load_places
 from matcher import Matcher
 from matches import NONE
 from places import HELD_BACK
@@ -35,29 +38,42 @@ def assignment_loss(assignment, pair):
     return -true.mean(), alone, found
 
 
+def begin_work(*shared):
+    global worker
+    worker = shared
+    torch.set_num_threads(1)
+
+
+def gradients(seed, step, number):
+    """Of one pair's loss after every layer, in one row; what the log shows is of the last layer."""
+    network, places = worker
+    pair = {name: torch.from_numpy(values) for name, values in draw_pair(places, seed, step, number).items()}
+    features = [pair[kind + side] for kind in ("keypoints_", "descriptors_") for side in "ab"]
+    layers = [assignment_loss(network.assignment(*rows), pair) for rows in network.layers(*features)]
+    loss = sum(match + alone for match, alone, _ in layers) / len(layers)
+    parts = torch.autograd.grad(loss, list(network.parameters()))
+    return torch.cat([part.flatten() for part in parts]).numpy(), torch.stack(layers[-1]).detach().numpy()
+
+
 class MatcherTraining(Training):
-    fastest = 1e-3
+    fastest = 2e-3
 
     def __init__(self, arguments):
         places = load_places(arguments.data, arguments.features)
         super().__init__(arguments, Matcher, [p for seed, p in places.items() if seed < HELD_BACK],
                          [p for seed, p in places.items() if seed >= HELD_BACK])
-
-    def pair_losses(self, pair):
-        """After every layer; found after the last."""
-        features = [pair[kind + side] for kind in ("keypoints_", "descriptors_") for side in "ab"]
-        match, alone, found = zip(*(assignment_loss(self.network.assignment(*rows), pair)
-                                    for rows in self.network.layers(*features)))
-        return torch.stack(match), torch.stack(alone), found[-1]
+        torch.set_num_threads(1)
+        self.network.share_memory()
+        self.pool = multiprocessing.get_context("fork").Pool(arguments.threads, begin_work,
+                                                                 [self.network, self.places])
 
     def backward(self):
-        pairs = draw_pairs(self.places, self.arguments.seed, self.step, self.arguments.pairs)
-        shown = []
-        for pair in pairs:
-            match, alone, found = self.pair_losses(pair)
-            ((match.mean() + alone.mean()) / len(pairs)).backward()
-            shown.append(torch.stack([match[-1], alone[-1], found]).detach())
-        return dict(zip(("match", "alone", "found"), torch.stack(shown).mean(0)))
+        pairs = [(self.arguments.seed, self.step, number) for number in range(self.arguments.pairs)]
+        rows, shown = (np.mean(each, 0) for each in zip(*self.pool.starmap(gradients, pairs, 1)))
+        parameters = list(self.network.parameters())
+        for parameter, part in zip(parameters, torch.from_numpy(rows).split([p.numel() for p in parameters])):
+            parameter.grad = part.view_as(parameter)
+        return dict(zip(("match", "alone", "found"), shown))
 
     def check(self):
         report = validate(self.network, self.held_back)

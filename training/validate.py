@@ -1,4 +1,4 @@
-"""Matching on held-back places, decoded as the product decodes: precision of mutual nearest neighbours by exact truth."""
+"""Matching on held-back places, decoded as the product decodes: mutual nearest neighbours, judged by exact truth."""
 import numpy as np
 import torch
 

@@ -86,8 +86,11 @@ def main():
     held_back = [p for seed, p in places.items() if seed >= HELD_BACK]
     network = Matcher()
     network.load_state_dict(torch.load(arguments.run / "best.pt", weights_only=True))
-    for name, match in (("matcher", learned(network)), ("nearest", nearest(1.0)), (f"nearest, {RATIO}", nearest(RATIO))):
-        print(f"{name}: {line(compare(match, held_back, arguments.keypoints))}")
+    matchers = {"matcher": learned(network), "nearest": nearest(1.0), f"nearest, ratio {RATIO}": nearest(RATIO)}
+    reports = [compare(match, held_back, arguments.keypoints) for match in matchers.values()]
+    print("| pairs | " + " | ".join(matchers) + " |\n| --- |" + " --- |" * len(matchers))
+    for kind in KINDS:
+        print(f"| {kind} | " + " | ".join("{:.0f} right, {:.0f} %".format(*report[kind]) for report in reports) + " |")
 
 
 if __name__ == "__main__":
