@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 
@@ -25,7 +26,9 @@ std::string shape_text(const TensorInfo& tensor) {
 }
 
 void check(const std::string& name) {
-  const ModelInfo info = name == "lunar" ? inspect_lunar_model() : inspect_model(name);
+  const auto built_in = built_in_model_names();
+  const bool is_built_in = std::ranges::find(built_in, name) != built_in.end();
+  const ModelInfo info = is_built_in ? inspect_built_in_model(name) : inspect_model(name);
   fmt::print("{}: fits the contract '{}'\n  sha256   {}\n", info.file.string(), to_string(info.contract), info.sha256);
   if (info.descriptor_width > 0) fmt::print("  width    {}\n", info.descriptor_width);
   fmt::print("  licence  {}\n", info.card.licence.empty() ? "not stated (no card beside the file)" : info.card.licence);
@@ -34,8 +37,11 @@ void check(const std::string& name) {
 }
 
 void list() {
-  const ModelInfo lunar = inspect_lunar_model();
-  fmt::print("lunar: extractor, built in\n  licence  {}\n  sha256   {}\n", lunar.card.licence, lunar.sha256);
+  for (const std::string& name : built_in_model_names()) {
+    const ModelInfo model = inspect_built_in_model(name);
+    fmt::print("{}: {}, built in\n  licence  {}\n  sha256   {}\n", name,
+               model.contract == Contract::lightglue ? "matcher" : "extractor", model.card.licence, model.sha256);
+  }
   for (const KnownModel& model : known_models()) {
     fmt::print("{}: {}, to be fetched\n  licence  {}\n  from     {}\n  sha256   {}\n", model.name, model.role,
                model.licence, model.url, model.sha256.empty() ? "not known: give it with --sha256" : model.sha256);
@@ -70,7 +76,9 @@ void add_models(CLI::App& app) {
   add_fetch(*models);
   auto file = std::make_shared<std::string>();
   CLI::App* command = models->add_subcommand("check", "say what an ONNX file is, or why it cannot be used");
-  command->add_option("file", *file, "ONNX graph; its card, if any, is <file>.toml; or lunar, the one built in")
+  command
+      ->add_option("file", *file,
+                   "ONNX graph; its card, if any, is <file>.toml; or lunar or lunar-matcher, which are built in")
       ->required();
   command->footer("Example:\n  demslam models check xfeat.onnx");
   command->callback([file] { check(*file); });

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <list>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "commands.h"
 #include "demslam/base/error.h"
 #include "demslam/report/report_page.h"
+#include "demslam/report/run_snapshot.h"
 
 namespace demslam::apps {
 namespace {
@@ -21,8 +23,20 @@ struct Arguments {
   PageOptions page;
 };
 
+/// What stands for each run: one that goes on, or was killed, has its map alone.
+std::vector<fs::path> run_folders(const std::vector<fs::path>& runs, std::list<RunSnapshot>& snapshots) {
+  std::vector<fs::path> folders;
+  for (const fs::path& run : runs) {
+    const bool ended = fs::exists(run / "summary.json") || !fs::exists(run / "map.db");
+    if (!ended) fmt::print(stderr, "{}: has not ended; shown as far as its map goes\n", run.string());
+    folders.push_back(ended ? run : snapshots.emplace_back(run).path());
+  }
+  return folders;
+}
+
 void run(const Arguments& arguments) {
-  const Report report = read_report(arguments.runs, arguments.truth, arguments.dem);
+  std::list<RunSnapshot> snapshots;
+  const Report report = read_report(run_folders(arguments.runs, snapshots), arguments.truth, arguments.dem);
   const std::string extension = arguments.output.extension().string();
   if (extension == ".png") {
     write_map_picture(report, arguments.output);

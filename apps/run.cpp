@@ -18,8 +18,8 @@ namespace {
 
 struct Arguments {
   RunInputs inputs;
-  std::filesystem::path config, matcher_model;
-  std::string extractor, odometry;
+  std::filesystem::path config;
+  std::string extractor, matcher, odometry;
   bool no_dem = false, no_loops = false, odometry_only = false;
   std::optional<int> live_port;
 };
@@ -33,6 +33,13 @@ void set_extractor(FrontendOptions& options, const std::string& wanted) {
   options.extractor_model = is_name ? "" : wanted;
 }
 
+void set_matcher(FrontendOptions& options, const std::string& wanted) {
+  if (wanted.empty()) return;
+  const bool is_name = wanted == "nearest" || wanted == "lunar";
+  options.matcher = is_name ? wanted : "onnx";
+  options.matcher_model = is_name ? "" : wanted;
+}
+
 SlamOptions options_of(const Arguments& arguments) {
   SlamOptions options = arguments.config.empty() ? SlamOptions{} : read_slam_config(arguments.config);
   if (arguments.no_dem || arguments.odometry_only) options.use_dem = false;
@@ -41,10 +48,7 @@ SlamOptions options_of(const Arguments& arguments) {
     options.odometry.method = arguments.odometry == "pnp" ? OdometryMethod::pnp : OdometryMethod::window;
   }
   set_extractor(options.frontend, arguments.extractor);
-  if (!arguments.matcher_model.empty()) {
-    options.frontend.matcher = "onnx";
-    options.frontend.matcher_model = arguments.matcher_model;
-  }
+  set_matcher(options.frontend, arguments.matcher);
   return options;
 }
 
@@ -113,7 +117,8 @@ void add_run(CLI::App& app) {
   command->add_option("--calibration", inputs.calibration, "calibration TOML, replaces the dataset's own");
   command->add_option("--extractor", arguments->extractor,
                       "classical (default), lunar (a network, built in), orb, sift, or an ONNX file (docs/models.md)");
-  command->add_option("--matcher", arguments->matcher_model, "ONNX matcher for the same descriptors");
+  command->add_option("--matcher", arguments->matcher,
+                      "nearest (default), lunar (a network, built in, for --extractor lunar), or an ONNX file");
   command->add_option("--first-frame", inputs.first_frame, "index of the first frame");
   command->add_option("--max-frames", inputs.max_frames, "stop after so many frames; 0: all");
   command

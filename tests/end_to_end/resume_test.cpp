@@ -58,6 +58,17 @@ TEST_F(Resume, AKilledRunEndsAsTheUndisturbedOne) {
   EXPECT_EQ(run_program("map check '" + (folder_ / "killed").string() + "'", folder_).status, 0);
 }
 
+TEST_F(Resume, AKilledRunCanBeLookedAt) {
+  kill_after("killed", 12);
+  const fs::path page = folder_ / "killed.html";
+  const Outcome outcome =
+      run_program("report '" + (folder_ / "killed").string() + "' -o '" + page.string() + "'", folder_);
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("has not ended"));
+  EXPECT_NE(read_text(page).find("\"name\":\"killed\""), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder_ / "killed" / "summary.json"));  // only looked at
+}
+
 TEST_F(Resume, ARunCanBeMadeInPieces) {
   ASSERT_EQ(run("whole").status, 0);
   ASSERT_EQ(run("pieces", "--max-frames 11").status, 0);

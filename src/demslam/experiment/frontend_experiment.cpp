@@ -171,7 +171,10 @@ std::vector<NamedFrontend> compared_frontends(int points, const std::filesystem:
   const auto built_in = [points](const char* name) {
     return FrontendOptions{.extractor = name, .max_features = points};
   };
-  std::vector<NamedFrontend> all{{"lunar + nearest", built_in("lunar")},
+  FrontendOptions lunar = built_in("lunar");
+  lunar.matcher = "lunar";
+  std::vector<NamedFrontend> all{{"lunar + lunar", lunar},
+                                 {"lunar + nearest", built_in("lunar")},
                                  {"classical + nearest", built_in("classical")},
                                  {"ORB + nearest", built_in("orb")},
                                  {"SIFT + nearest", built_in("sift")}};

@@ -1,24 +1,26 @@
 #include "demslam/features/built_in_model.h"
 
-// The file's bytes, taken in by the assembler.
-asm(R"(
-    .pushsection .rodata
-    .balign 16
-    .hidden demslam_lunar_begin
-    .hidden demslam_lunar_end
-    .global demslam_lunar_begin
-    .global demslam_lunar_end
-demslam_lunar_begin:
-    .incbin ")" DEMSLAM_LUNAR_GRAPH R"("
-demslam_lunar_end:
-    .byte 0
-    .popsection
-)");
+/// The bytes of a file between two symbols, taken in by the assembler.
+#define DEMSLAM_EMBED(name, file)                             \
+  asm(".pushsection .rodata\n.balign 16\n"                    \
+      ".hidden demslam_" name "_begin\n.hidden demslam_" name \
+      "_end\n"                                                \
+      ".global demslam_" name "_begin\n.global demslam_" name \
+      "_end\n"                                                \
+      "demslam_" name "_begin:\n.incbin \"" file "\"\ndemslam_" name "_end:\n.byte 0\n.popsection\n")
 
-extern "C" const char demslam_lunar_begin, demslam_lunar_end;
+DEMSLAM_EMBED("lunar", DEMSLAM_WEIGHTS "/lunar.onnx");
+DEMSLAM_EMBED("lunar_matcher", DEMSLAM_WEIGHTS "/lunar_matcher.onnx");
+
+extern "C" const char demslam_lunar_begin, demslam_lunar_end, demslam_lunar_matcher_begin, demslam_lunar_matcher_end;
 
 namespace demslam {
 
-std::string_view lunar_graph() { return {&demslam_lunar_begin, &demslam_lunar_end}; }
+const std::vector<BuiltInModel>& built_in_models() {
+  static const std::vector<BuiltInModel> all{
+      {"lunar", "xfeat", {&demslam_lunar_begin, &demslam_lunar_end}},
+      {"lunar-matcher", "lightglue", {&demslam_lunar_matcher_begin, &demslam_lunar_matcher_end}}};
+  return all;
+}
 
 }  // namespace demslam

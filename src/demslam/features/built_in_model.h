@@ -1,11 +1,16 @@
 #pragma once
 
 #include <string_view>
+#include <vector>
 
 namespace demslam {
 
-/// The feature extractor that comes with the program: an ONNX graph of contract "xfeat", trained by training/ on images
-/// of our own simulator (docs/models.md).
-std::string_view lunar_graph();
+/// An ONNX graph that comes with the program, trained by training/ on images of our own simulator (docs/models.md).
+struct BuiltInModel {
+  std::string_view name, contract, graph;
+};
+
+/// "lunar", the extractor, and "lunar-matcher", the matcher of its features.
+const std::vector<BuiltInModel>& built_in_models();
 
 }  // namespace demslam

@@ -34,7 +34,7 @@ const std::vector<std::pair<std::string, MakeExtractor>>& extractors() {
          return Sized<Extractor>{std::make_unique<ClassicalExtractor>(o.max_features),
                                  ClassicalExtractor::kDescriptorWidth};
        }},
-      {"lunar", [](const O& o) { return learned(open_lunar_model(o.threads), o.max_features); }},
+      {"lunar", [](const O& o) { return learned(open_built_in_model("lunar", o.threads), o.max_features); }},
       {"onnx", [](const O& o) { return learned(open_model(o.extractor_model, o.threads), o.max_features); }},
       {"orb", [](const O& o) { return Sized<Extractor>{make_orb_extractor(o.max_features)}; }},
       {"sift", [](const O& o) { return Sized<Extractor>{make_sift_extractor(o.max_features)}; }},
@@ -53,8 +53,10 @@ Sized<Extractor> make_extractor(const FrontendOptions& options) {
 
 Sized<Matcher> make_matcher(const FrontendOptions& options) {
   if (options.matcher == "nearest") return {std::make_unique<NearestMatcher>(options.nearest_ratio)};
-  if (options.matcher != "onnx") throw Error("unknown matcher '" + options.matcher + "'; known: nearest, onnx");
-  OpenModel model = open_model(options.matcher_model, options.threads);
+  if (options.matcher != "lunar" && options.matcher != "onnx")
+    throw Error("unknown matcher '" + options.matcher + "'; known: nearest, lunar, onnx");
+  OpenModel model = options.matcher == "lunar" ? open_built_in_model("lunar-matcher", options.threads)
+                                               : open_model(options.matcher_model, options.threads);
   const int width = model.info.descriptor_width;
   return {make_learned_matcher(std::move(model), options.min_match_score), width};
 }
@@ -72,9 +74,9 @@ Frontend make_frontend(const FrontendOptions& options) {
   Sized<Matcher> matcher = make_matcher(options);
   const bool known = extractor.descriptor_width != kAnyWidth && matcher.descriptor_width != kAnyWidth;
   if (known && extractor.descriptor_width != matcher.descriptor_width) {
-    throw Error(options.matcher_model.string() + ": matches descriptors of width " +
-                std::to_string(matcher.descriptor_width) + ", but the extractor gives width " +
-                std::to_string(extractor.descriptor_width));
+    const std::string name = options.matcher == "onnx" ? options.matcher_model.string() : options.matcher;
+    throw Error(name + ": matches descriptors of width " + std::to_string(matcher.descriptor_width) +
+                ", but the extractor gives width " + std::to_string(extractor.descriptor_width));
   }
   return {std::move(extractor.part), std::move(matcher.part)};
 }

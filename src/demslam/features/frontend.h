@@ -11,7 +11,7 @@ namespace demslam {
 /// Which extractor and matcher, and with what.
 struct FrontendOptions {
   std::string extractor = "classical";    ///< "classical", "lunar", "onnx", "orb" or "sift" (docs/models.md)
-  std::string matcher = "nearest";        ///< "nearest" (mutual, with ratio) or "onnx"
+  std::string matcher = "nearest";        ///< "nearest" (mutual, with ratio), "lunar" (for extractor "lunar") or "onnx"
   std::filesystem::path extractor_model;  ///< ONNX graph; its card is <file>.toml when there is one
   std::filesystem::path matcher_model;
   int max_features = 1500;       ///< per image

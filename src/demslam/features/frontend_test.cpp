@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
+#include "demslam/base/error.h"
 #include "demslam/features/model_info.h"
 #include "demslam/features/test_images.h"
 
@@ -39,10 +42,52 @@ INSTANTIATE_TEST_SUITE_P(Names, EveryBuiltInExtractor, testing::Values("classica
                          [](const auto& name) { return std::string(name.param); });
 
 TEST(Lunar, IsAnExtractorOfContractXfeatThatCompaniesMayUse) {
-  const ModelInfo info = inspect_lunar_model();
+  const ModelInfo info = inspect_built_in_model("lunar");
   EXPECT_EQ(info.contract, Contract::xfeat);
   EXPECT_EQ(info.descriptor_width, 64);
   EXPECT_THAT(info.card.licence, testing::HasSubstr("Apache-2.0"));
+}
+
+TEST(LunarMatcher, IsAMatcherOfContractLightglueThatCompaniesMayUse) {
+  const ModelInfo info = inspect_built_in_model("lunar-matcher");
+  EXPECT_EQ(info.contract, Contract::lightglue);
+  EXPECT_EQ(info.descriptor_width, 64);
+  EXPECT_THAT(info.card.licence, testing::HasSubstr("Apache-2.0"));
+}
+
+TEST(LunarMatcher, FindsAShiftAndItsMatchesAreOneToOne) {
+  const Frontend frontend = make_frontend({.extractor = "lunar", .matcher = "lunar", .max_features = 400});
+  const test::Texture texture(7);
+  const Features a = frontend.extractor->extract(texture.draw(330, 250)),
+                 b = frontend.extractor->extract(texture.draw(330, 250, -13.0, 5.0));
+  const std::vector<Match> matches = frontend.matcher->match(a, b);
+  ASSERT_GT(matches.size(), 30U);
+  std::set<int> queries, trains;
+  for (const Match& match : matches) {
+    EXPECT_TRUE(queries.insert(match.query).second);
+    EXPECT_TRUE(trains.insert(match.train).second);
+  }
+  const test::Shift shift = test::shift_of(a, b, matches);
+  EXPECT_NEAR(shift.median.x(), -13.0, 0.2);
+  EXPECT_NEAR(shift.median.y(), 5.0, 0.2);
+}
+
+TEST(LunarMatcher, BearsViewsOfOnePointOrNone) {
+  const Frontend frontend = make_frontend({.extractor = "lunar", .matcher = "lunar", .max_features = 400});
+  Features one = frontend.extractor->extract(test::Texture(7).draw(330, 250));
+  const Features all = one;
+  one.keypoints.resize(1);
+  one.scores.resize(1);
+  one.descriptors.conservativeResize(1, one.descriptors.cols());
+  EXPECT_LE(frontend.matcher->match(one, all).size(), 1U);
+  EXPECT_LE(frontend.matcher->match(all, one).size(), 1U);
+  EXPECT_THAT(frontend.matcher->match(Features(), all), testing::IsEmpty());
+}
+
+TEST(LunarMatcher, RefusesDescriptorsOfAnotherWidth) {
+  EXPECT_THAT([] { make_frontend({.extractor = "classical", .matcher = "lunar"}); },
+              testing::ThrowsMessage<Error>(
+                  testing::HasSubstr("lunar: matches descriptors of width 64, but the extractor gives width 128")));
 }
 
 TEST(Lunar, GivesTheSameBytesTwice) {

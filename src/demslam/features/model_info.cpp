@@ -139,10 +139,10 @@ OpenModel identified(ModelInfo info, OnnxSession session) {
   return {std::move(info), std::move(session)};
 }
 
-ModelInfo lunar_info() {
-  return {.file = "lunar (built in)",
-          .card = {.name = "demslam lunar", .contract = "xfeat", .licence = "Apache-2.0, as demslam"},
-          .sha256 = sha256_of(std::string(lunar_graph()))};
+const BuiltInModel& built_in_model(const std::string& name) {
+  const auto found = std::ranges::find(built_in_models(), name, &BuiltInModel::name);
+  if (found == built_in_models().end()) throw Error("no model '" + name + "' is built in");
+  return *found;
 }
 
 }  // namespace
@@ -166,14 +166,24 @@ OpenModel open_model(const fs::path& file, int threads) {
   return identified(std::move(info), OnnxSession(file, threads));
 }
 
-OpenModel open_lunar_model(int threads) {
-  ModelInfo info = lunar_info();
-  OnnxSession session(lunar_graph(), info.file.string(), threads);
+OpenModel open_built_in_model(const std::string& name, int threads) {
+  const BuiltInModel& model = built_in_model(name);
+  ModelInfo info{
+      .file = name + " (built in)",
+      .card = {.name = "demslam " + name, .contract = std::string(model.contract), .licence = "Apache-2.0, as demslam"},
+      .sha256 = sha256_of(std::string(model.graph))};
+  OnnxSession session(model.graph, info.file.string(), threads);
   return identified(std::move(info), std::move(session));
 }
 
 ModelInfo inspect_model(const fs::path& file) { return open_model(file, 1).info; }
 
-ModelInfo inspect_lunar_model() { return open_lunar_model(1).info; }
+std::vector<std::string> built_in_model_names() {
+  std::vector<std::string> names;
+  for (const BuiltInModel& model : built_in_models()) names.emplace_back(model.name);
+  return names;
+}
+
+ModelInfo inspect_built_in_model(const std::string& name) { return open_built_in_model(name, 1).info; }
 
 }  // namespace demslam

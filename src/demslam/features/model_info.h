@@ -35,7 +35,9 @@ struct ModelInfo {
 /// other than its card's, inputs and outputs that fit no contract.
 ModelInfo inspect_model(const std::filesystem::path& file);
 
-/// What comes with the program; `file` is a name to show.
-ModelInfo inspect_lunar_model();
+/// Those that come with the program: "lunar", "lunar-matcher".
+std::vector<std::string> built_in_model_names();
+/// One of them; `file` is a name to show. Throws Error when there is no such model.
+ModelInfo inspect_built_in_model(const std::string& name);
 
 }  // namespace demslam

@@ -45,7 +45,7 @@ struct OpenModel {
 /// As inspect_model, keeping the session.
 OpenModel open_model(const std::filesystem::path& file, int threads);
 
-/// The extractor that comes with the program.
-OpenModel open_lunar_model(int threads);
+/// One that comes with the program. Throws Error when there is no such model.
+OpenModel open_built_in_model(const std::string& name, int threads);
 
 }  // namespace demslam
