@@ -44,6 +44,7 @@ void lost_fields(Io& io, O& o) {
   io.field("lost_sigma_deg_per_s", o.lost_sigma_deg_per_s);
   io.field("gyro_sigma_deg_per_s", o.gyro_sigma_deg_per_s);
   io.field("wheel_sigma", o.wheel_sigma);
+  io.field("support_weak", o.support_weak);
 }
 
 template <class Io, class O>

@@ -1,5 +1,7 @@
 #include "demslam/odometry/dead_reckoning.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -46,7 +48,22 @@ Matrix6d covariance_of(double rotation_sigma_rad, double translation_sigma_m) {
   return sigma.cwiseAbs2().asDiagonal();
 }
 
+/// Standard deviation of the translation in its worst direction.
+double worst_sigma_m(const Matrix6d& covariance) {
+  const Eigen::Matrix3d translation = covariance.bottomRightCorner<3, 3>();
+  return std::sqrt(translation.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff());
+}
+
 }  // namespace
+
+ReckonedStep supported(const ReckonedStep& seen, const ReckonedStep& reckoned) {
+  if (worst_sigma_m(seen.covariance) <= worst_sigma_m(reckoned.covariance)) return seen;
+  const Vector6d apart = (seen.T_from_to.inverse() * reckoned.T_from_to).log();
+  const double chi_square = apart.dot((seen.covariance + reckoned.covariance).ldlt().solve(apart));
+  const Matrix6d widened = std::max(1.0, chi_square / 6.0) * seen.covariance;
+  const Matrix6d gain = (widened + reckoned.covariance).ldlt().solve(widened).transpose();
+  return {seen.T_from_to * Pose::exp(gain * apart), widened - gain * widened};
+}
 
 ReckonedStep DeadReckoning::step(TimestampNs from_ns, TimestampNs to_ns, const Vector6d& twist_per_s) const {
   const bool imu = options_.use_imu && covers(sensors_.imu, from_ns, to_ns);

@@ -14,6 +14,7 @@ struct DeadReckoningOptions {
   double lost_sigma_deg_per_s = 5.0;
   double gyro_sigma_deg_per_s = 0.02;  ///< bias
   double wheel_sigma = 0.05;           ///< slip, as a share of the distance
+  bool support_weak = true;            ///< a motion that the cameras tell worse than this is fused with it
 };
 
 /// What moves the rover's estimate while its cameras see nothing.
@@ -27,6 +28,11 @@ struct ReckonedStep {
   Pose T_from_to;
   Matrix6d covariance;
 };
+
+/// What the cameras saw, held against where dead reckoning gets to. Cameras that tell the translation better than it,
+/// in their worst direction, are believed as they are; else both count by their covariances, the cameras' being widened
+/// first until the two agree (chi-square of the difference over its 6 degrees of freedom).
+ReckonedStep supported(const ReckonedStep& seen, const ReckonedStep& reckoned);
 
 /// Where the rover gets to without cameras: the gyroscope turns it and the wheels move it along its forward axis, each
 /// where it covers the time; for the rest its last velocity goes on.

@@ -50,6 +50,39 @@ TEST(DeadReckoning, WheelsAndGyroFollowATurnThatTheLastVelocityKnowsNothingOf) {
   EXPECT_LT(sigma_m(step), 0.3);  // of 4 m
 }
 
+ReckonedStep seen(const Eigen::Vector3d& translation_m, const Eigen::Vector3d& sigma_m) {
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(1e-3), sigma_m;
+  return {Pose(Eigen::Quaterniond::Identity(), translation_m), sigma.cwiseAbs2().asDiagonal()};
+}
+
+TEST(Supported, BelievesCamerasThatSeeWell) {
+  const ReckonedStep cameras = seen({0.0, 0.0, 1.0}, Eigen::Vector3d::Constant(0.02)),
+                     wheels = seen({0.0, 0.0, 1.5}, Eigen::Vector3d::Constant(0.1));  // they slip
+  const ReckonedStep both = supported(cameras, wheels);
+  EXPECT_EQ(both.T_from_to.translation(), cameras.T_from_to.translation());
+  EXPECT_EQ(both.covariance, cameras.covariance);
+}
+
+TEST(Supported, FillsInTheDirectionThatCamerasDoNotSee) {
+  const ReckonedStep cameras = seen({0.0, 0.0, 1.8}, {0.01, 0.01, 1.0}),
+                     wheels = seen({0.05, 0.0, 1.0}, Eigen::Vector3d::Constant(0.1));
+  const ReckonedStep both = supported(cameras, wheels);
+  EXPECT_NEAR(both.T_from_to.translation().z(), 1.0, 0.02);  // the wheels'
+  EXPECT_NEAR(both.T_from_to.translation().x(), 0.0, 0.01);  // the cameras'
+  EXPECT_NEAR(std::sqrt(both.covariance(5, 5)), 0.1, 0.01);
+  EXPECT_NEAR(std::sqrt(both.covariance(3, 3)), 0.01, 0.001);
+}
+
+TEST(Supported, WidensWeakCamerasThatContradict) {
+  const ReckonedStep cameras = seen({0.0, 0.0, -6.0}, {0.2, 0.2, 1.2}),
+                     wheels = seen({0.0, 0.0, 1.0}, Eigen::Vector3d::Constant(0.1));
+  const ReckonedStep both = supported(cameras, wheels);
+  EXPECT_NEAR(both.T_from_to.translation().z(), 1.0, 0.05);
+  const double chi_square = 49.0 / (1.44 + 0.01);
+  EXPECT_NEAR(1.0 / both.covariance(5, 5), 1.0 / 0.01 + 1.0 / (1.44 * chi_square / 6.0), 1e-6);
+}
+
 TEST(DeadReckoning, EachSensorCanBeSwitchedOff) {
   DeadReckoning no_wheels({.use_wheels = false}, kT_body_left),
       none({.use_imu = false, .use_wheels = false}, kT_body_left);

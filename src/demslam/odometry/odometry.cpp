@@ -120,6 +120,7 @@ struct StereoOdometry::State {
   bool track_against(const View& view, OdometryResult& result);
   Motion search_near(const View& view, const Pose& guess, const Motion& failed) const;
   std::string refusal(const Motion& motion) const;
+  Motion with_support(Motion motion, TimestampNs from_ns, TimestampNs to_ns) const;
   void tie_to_keyframe(OdometryResult& result) const;
   bool is_jump(const View& view, const Pose& T_view_left, TimestampNs t_ns) const;
   Pose predict(const View& view, TimestampNs t_ns) const;
@@ -177,6 +178,7 @@ bool StereoOdometry::State::track_against(const View& view, OdometryResult& resu
       estimate_motion(rig, *view.view.features, *current.features, *frontend.matcher, options.motion, &guess);
   if (!refusal(motion).empty()) motion = search_near(view, guess, motion);
   if (motion.ok) motion = refine_directly(rig, view.view, current, motion, options.motion);
+  motion = with_support(std::move(motion), view.t_ns, result.t_ns);
   result.matches = motion.matches;
   result.inliers = motion.inliers;
   result.rms_px = motion.rms_px;
@@ -214,6 +216,17 @@ std::string StereoOdometry::State::refusal(const Motion& motion) const {
          ")";
 }
 
+/// Points that are all far away, as where the near ground lies in shadow, leave the translation open: dead reckoning
+/// closes it.
+Motion StereoOdometry::State::with_support(Motion motion, TimestampNs from_ns, TimestampNs to_ns) const {
+  if (!motion.ok || !options.lost.support_weak) return motion;
+  const ReckonedStep both =
+      supported({motion.T_a_b, motion.covariance}, dead_reckoning.step(from_ns, to_ns, twist_per_s));
+  motion.T_a_b = both.T_from_to;
+  motion.covariance = both.covariance;
+  return motion;
+}
+
 /// A pose found from the last frame says well enough where the keyframe's patches are: seen directly from the keyframe,
 /// errors do not add up from frame to frame. Where too little of the keyframe is still in sight, the pose stays as it
 /// is and the few inliers call for a new keyframe.
@@ -222,7 +235,8 @@ void StereoOdometry::State::tie_to_keyframe(OdometryResult& result) const {
                      .T_a_b = result.T_reference_left,
                      .covariance = result.covariance,
                      .inliers = options.motion.min_inliers};
-  const Motion tied = refine_directly(rig, keyframe.view, current, guess, options.motion);
+  const Motion tied =
+      with_support(refine_directly(rig, keyframe.view, current, guess, options.motion), keyframe.t_ns, result.t_ns);
   const bool found = tied.matches > 0 && refusal(tied).empty();
   result.inliers = found ? tied.inliers : 0;
   if (!found) return;
@@ -300,8 +314,9 @@ void StereoOdometry::State::adjust_window(OdometryResult& result) {
   if (result.status != Tracking::tracked) {
     window.restart(current);
   } else if (const std::optional<Motion> refined = window.add(current, result.T_reference_left)) {
-    result.T_reference_left = refined->T_a_b;
-    result.covariance = refined->covariance;
+    const Motion motion = with_support(*refined, keyframe.t_ns, result.t_ns);
+    result.T_reference_left = motion.T_a_b;
+    result.covariance = motion.covariance;
   }
 }
 
