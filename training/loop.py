@@ -85,14 +85,14 @@ class Training:
         a = self.arguments
         self.log(f"seed {a.seed}, {len(self.places)} places, {len(self.held_back)} held back, {a.pairs} pairs a step, "
                  f"{a.threads} thread(s), from step {self.step} to {a.steps}")
-        begun, shown = time.time(), []
-        while self.step < min(a.steps, a.until):
+        begun, shown, last = time.time(), [], min(a.steps, a.until)
+        while self.step < last:
             shown.append(self.advance())
             if self.step % 50 == 0:
                 means = {name: sum(float(each[name]) for each in shown) / len(shown) for name in shown[0]}
                 text = ", ".join(f"{name} {value:.3f}" for name, value in means.items())
                 self.log(f"step {self.step}: {text}, {(time.time() - begun) / len(shown):.2f} s a step")
                 begun, shown = time.time(), []
-            if self.step % a.check_every == 0 or self.step == a.steps:
+            if self.step % a.check_every == 0 or self.step == last:
                 self.look()
                 begun = time.time()
