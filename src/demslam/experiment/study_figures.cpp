@@ -17,6 +17,8 @@ namespace fs = std::filesystem;
 constexpr std::array kColours{"#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00"};
 constexpr std::size_t kPoints = 500;  ///< of a line
 
+constexpr double kLeastShown_m = 0.01;  ///< the start's error would stretch the axis
+
 /// Every n-th of `count`, at most kPoints.
 std::size_t stride_of(std::size_t count) { return std::max<std::size_t>(1, count / kPoints); }
 
@@ -26,7 +28,7 @@ std::string error_plot(const Report& report, const std::string& title) {
     PlotSeries& series = plot.series.emplace_back(PlotSeries{report.runs[i].name, kColours[i % kColours.size()], {}});
     const std::vector<PoseError>& errors = report.runs[i].evaluation->errors;
     for (std::size_t k = 0; k < errors.size(); k += stride_of(errors.size()))
-      series.points.emplace_back(errors[k].distance_m, errors[k].error_m.norm());
+      series.points.emplace_back(errors[k].distance_m, std::max(errors[k].error_m.norm(), kLeastShown_m));
   }
   return to_svg(plot);
 }
