@@ -2,7 +2,6 @@
 
 #include <bit>
 #include <cstdint>
-#include <cstring>
 #include <deque>
 #include <optional>
 #include <string>
@@ -85,7 +84,7 @@ class ArchiveReader {
   template <class T>
   void get(T& value) {
     if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T>) {
-      std::memcpy(&value, take(sizeof(T)).data(), sizeof(T));
+      take(sizeof(T)).copy(reinterpret_cast<char*>(&value), sizeof(T));
     } else {
       archive(*this, value);
     }

@@ -45,8 +45,8 @@ class StudyCase {
   }
 
   std::vector<StudyScore> scores() const {
-    std::vector<StudyScore> all;
-    for (const StudyVariant& variant : study_.variants) all.push_back(score(variant.name));
+    std::vector<StudyScore> all(study_.variants.size());
+    std::ranges::transform(study_.variants, all.begin(), [this](const StudyVariant& v) { return score(v.name); });
     return all;
   }
 
