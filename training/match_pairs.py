@@ -37,7 +37,7 @@ class Place:
 
 
 def load_places(data, features):
-    """By seed."""
+    """By seed, those that extract.py has gone through."""
     files = sorted(features.glob("*[0-9].npz"), key=lambda f: int(f.stem))
     return {int(f.stem): Place(data / f.name, f) for f in files}
 

@@ -63,9 +63,8 @@ class MatcherTraining(Training):
         super().__init__(arguments, Matcher, [p for seed, p in places.items() if seed < HELD_BACK],
                          [p for seed, p in places.items() if seed >= HELD_BACK])
         torch.set_num_threads(1)
-        self.network.share_memory()
-        self.pool = multiprocessing.get_context("fork").Pool(arguments.threads, begin_work,
-                                                                 [self.network, self.places])
+        shared = self.network.share_memory(), self.places
+        self.pool = multiprocessing.get_context("fork").Pool(arguments.threads, begin_work, shared)
 
     def backward(self):
         pairs = [(self.arguments.seed, self.step, number) for number in range(self.arguments.pairs)]
