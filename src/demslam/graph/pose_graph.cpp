@@ -106,9 +106,6 @@ OptimizerReport PoseGraph::State::solve(int max_iterations) {
   params.orderingType = gtsam::Ordering::METIS;
   params.maxIterations = max_iterations;
   params.relativeErrorTol = 1e-6;
-  params.diagonalDamping = true;  // what the variables mean differs in scale: metres, radians, shares
-  params.lambdaInitial = 1e-6;
-  params.lambdaUpperBound = 10.0;  // of the diagonal: what such a short step does not improve is solved
   gtsam::LevenbergMarquardtOptimizer optimizer(graph, values_of(graph.keys(), values), params);
   OptimizerReport report{.error_before = optimizer.error(), .factors = graph.size()};
   const gtsam::Values& solution = optimizer.optimize();
