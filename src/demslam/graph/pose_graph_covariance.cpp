@@ -68,11 +68,15 @@ Matrix6d PoseGraph::relative_covariance(std::size_t i, std::size_t j) const {
   const auto by_odometry = odometry_covariance(i, j);
   const auto of_i = s.known_covariance(i), of_j = s.known_covariance(j);
   std::optional<Matrix6d> apart;
-  if (of_i && of_j) apart = moved(*of_i, s.poses[j].inverse() * s.poses[i]) + *of_j;
+  const auto sum = [&](const Matrix6d& at_i, const Matrix6d& at_j) -> Matrix6d {
+    return moved(at_i, s.poses[j].inverse() * s.poses[i]) + at_j;
+  };
+  if (of_i && of_j) apart = sum(*of_i, *of_j);
   if (by_odometry && apart) return by_odometry->determinant() < apart->determinant() ? *by_odometry : *apart;
   if (by_odometry) return *by_odometry;
   if (apart) return *apart;
-  throw Error("pose graph: nothing ties keyframes " + std::to_string(i) + " and " + std::to_string(j));
+  const std::vector<Matrix6d> both = covariances({i, j});  // off the chain, as behind a loss: the whole graph is asked
+  return sum(both[0], both[1]);
 }
 
 double PoseGraph::chi_square(const RelativePose& m) const {

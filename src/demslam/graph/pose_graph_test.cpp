@@ -313,5 +313,22 @@ TEST(SystematicStates, AreFoundFromLoops) {
   EXPECT_NEAR(graph.systematic_errors(200).rotation_rad_per_m.z(), 4e-5, 4e-6);
 }
 
+TEST(PoseGraph, KnowsTheUncertaintyBetweenKeyframesThatNoChainTies) {
+  const Matrix6d sure = 1e-4 * Matrix6d::Identity(), step = 1e-2 * Matrix6d::Identity();
+  const Pose forward(Eigen::Quaterniond::Identity(), {1.0, 0.0, 0.0});
+  PoseGraph graph(PoseGraphOptions{});
+  graph.add_keyframe(Pose());
+  graph.add_prior(0, Pose(), sure);
+  graph.add_keyframe(forward);
+  graph.add_odometry({0, 1, forward, step});
+  graph.add_keyframe(forward * forward);
+  graph.add_odometry({0, 2, forward * forward, step});  // from before a loss, not from keyframe 1
+  const Matrix6d between = graph.relative_covariance(1, 2);
+  const std::vector<Matrix6d> each = graph.covariances({1, 2});
+  const Matrix6d by_1 = forward.inverse().adjoint();
+  EXPECT_LT((between - (by_1 * each[0] * by_1.transpose() + each[1])).norm(), 1e-9);
+  EXPECT_LT(graph.chi_square({1, 2, forward, step}), 1e-6);
+}
+
 }  // namespace
 }  // namespace demslam
