@@ -16,8 +16,8 @@ struct NamedFrontend {
   FrontendOptions options;
 };
 
-/// lunar with its own matcher; lunar, classical, ORB and SIFT with nearest neighbours; each with `points` keypoints at most; with the files given
-/// also XFeat + nearest and XFeat + LighterGlue.
+/// lunar with its own matcher; lunar, classical, ORB and SIFT with nearest neighbours; each with `points` keypoints at
+/// most; with the files given also XFeat + nearest and XFeat + LighterGlue.
 std::vector<NamedFrontend> compared_frontends(int points, const std::filesystem::path& xfeat,
                                               const std::filesystem::path& lighterglue);
 
