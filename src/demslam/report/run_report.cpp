@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <nlohmann/json.hpp>
 
 #include "demslam/base/error.h"
 #include "demslam/base/text.h"
 #include "demslam/evaluation/trajectory_io.h"
 #include "demslam/evaluation/truth.h"
+#include "demslam/report/internal/run_colours.h"
 #include "demslam/report/map_picture.h"
 
 namespace demslam {
@@ -16,9 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Okabe-Ito colours, told apart by colour-blind readers too; the page has the same in the same order.
-constexpr std::array<Colour, 5> kRunColours{
-    {{213, 94, 0}, {0, 114, 178}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}}};
 constexpr Colour kTruthColour{250, 250, 250};
 
 void check_summary(const ReportRun& run) {
@@ -61,7 +58,7 @@ std::vector<MapTrack> tracks_of(const Report& report) {
   std::vector<MapTrack> tracks;
   if (report.truth) tracks.push_back({"truth", kTruthColour, *report.truth});
   for (std::size_t i = 0; i < report.runs.size(); ++i) {
-    tracks.push_back({label_of(report.runs[i]), kRunColours[i % kRunColours.size()], report.runs[i].trajectory});
+    tracks.push_back({label_of(report.runs[i]), run_colour(i), report.runs[i].trajectory});
   }
   return tracks;
 }
