@@ -8,7 +8,7 @@
 
 #include "commands.h"
 #include "demslam/config/slam_config.h"
-#include "demslam/features/extractor_names.h"
+#include "demslam/features/frontend_names.h"
 #include "demslam/report/live_server.h"
 #include "demslam/sim/rendered_sequence.h"
 #include "progress_bar.h"
@@ -25,19 +25,12 @@ struct Arguments {
 };
 
 /// A name that is known, or else a file.
-void set_extractor(FrontendOptions& options, const std::string& wanted) {
+void set_part(std::string& name, std::filesystem::path& model, const std::string& wanted,
+              const std::vector<std::string>& names) {
   if (wanted.empty()) return;
-  const auto names = extractor_names();
   const bool is_name = wanted != "onnx" && std::ranges::find(names, wanted) != names.end();
-  options.extractor = is_name ? wanted : "onnx";
-  options.extractor_model = is_name ? "" : wanted;
-}
-
-void set_matcher(FrontendOptions& options, const std::string& wanted) {
-  if (wanted.empty()) return;
-  const bool is_name = wanted == "nearest" || wanted == "lunar";
-  options.matcher = is_name ? wanted : "onnx";
-  options.matcher_model = is_name ? "" : wanted;
+  name = is_name ? wanted : "onnx";
+  model = is_name ? "" : wanted;
 }
 
 SlamOptions options_of(const Arguments& arguments) {
@@ -47,8 +40,9 @@ SlamOptions options_of(const Arguments& arguments) {
   if (!arguments.odometry.empty()) {
     options.odometry.method = arguments.odometry == "pnp" ? OdometryMethod::pnp : OdometryMethod::window;
   }
-  set_extractor(options.frontend, arguments.extractor);
-  set_matcher(options.frontend, arguments.matcher);
+  FrontendOptions& frontend = options.frontend;
+  set_part(frontend.extractor, frontend.extractor_model, arguments.extractor, extractor_names());
+  set_part(frontend.matcher, frontend.matcher_model, arguments.matcher, matcher_names());
   return options;
 }
 

@@ -2,7 +2,7 @@
 
 #include "demslam/base/error.h"
 #include "demslam/features/classical_extractor.h"
-#include "demslam/features/extractor_names.h"
+#include "demslam/features/frontend_names.h"
 #include "demslam/features/learned.h"
 #include "demslam/features/nearest_matcher.h"
 #include "demslam/features/opencv_extractor.h"
@@ -19,59 +19,70 @@ struct Sized {
   int descriptor_width = kAnyWidth;
 };
 
-Sized<Extractor> learned(OpenModel model, int max_features) {
+template <class Part>
+using Makers = std::vector<std::pair<std::string, Sized<Part> (*)(const FrontendOptions&)>>;
+
+Sized<Extractor> learned_extractor(OpenModel model, const FrontendOptions& o) {
   const int width = model.info.descriptor_width;
-  return {make_learned_extractor(std::move(model), max_features), width};
+  return {make_learned_extractor(std::move(model), o.max_features), width};
 }
 
-using MakeExtractor = Sized<Extractor> (*)(const FrontendOptions&);
+Sized<Matcher> learned_matcher(OpenModel model, const FrontendOptions& o) {
+  const int width = model.info.descriptor_width;
+  return {make_learned_matcher(std::move(model), o.min_match_score), width};
+}
 
-const std::vector<std::pair<std::string, MakeExtractor>>& extractors() {
-  using O = FrontendOptions;
-  static const std::vector<std::pair<std::string, MakeExtractor>> all{
+using O = FrontendOptions;
+
+const Makers<Extractor>& extractors() {
+  static const Makers<Extractor> all{
       {"classical",
        [](const O& o) {
          return Sized<Extractor>{std::make_unique<ClassicalExtractor>(o.max_features),
                                  ClassicalExtractor::kDescriptorWidth};
        }},
-      {"lunar", [](const O& o) { return learned(open_built_in_model("lunar", o.threads), o.max_features); }},
-      {"onnx", [](const O& o) { return learned(open_model(o.extractor_model, o.threads), o.max_features); }},
+      {"lunar", [](const O& o) { return learned_extractor(open_built_in_model("lunar", o.threads), o); }},
+      {"onnx", [](const O& o) { return learned_extractor(open_model(o.extractor_model, o.threads), o); }},
       {"orb", [](const O& o) { return Sized<Extractor>{make_orb_extractor(o.max_features)}; }},
       {"sift", [](const O& o) { return Sized<Extractor>{make_sift_extractor(o.max_features)}; }},
   };
   return all;
 }
 
-Sized<Extractor> make_extractor(const FrontendOptions& options) {
-  std::string known;
-  for (const auto& [name, make] : extractors()) {
-    if (name == options.extractor) return make(options);
-    known += (known.empty() ? "" : ", ") + name;
-  }
-  throw Error("unknown extractor '" + options.extractor + "'; known: " + known);
+const Makers<Matcher>& matchers() {
+  static const Makers<Matcher> all{
+      {"nearest", [](const O& o) { return Sized<Matcher>{std::make_unique<NearestMatcher>(o.nearest_ratio)}; }},
+      {"lunar", [](const O& o) { return learned_matcher(open_built_in_model("lunar-matcher", o.threads), o); }},
+      {"onnx", [](const O& o) { return learned_matcher(open_model(o.matcher_model, o.threads), o); }},
+  };
+  return all;
 }
 
-Sized<Matcher> make_matcher(const FrontendOptions& options) {
-  if (options.matcher == "nearest") return {std::make_unique<NearestMatcher>(options.nearest_ratio)};
-  if (options.matcher != "lunar" && options.matcher != "onnx")
-    throw Error("unknown matcher '" + options.matcher + "'; known: nearest, lunar, onnx");
-  OpenModel model = options.matcher == "lunar" ? open_built_in_model("lunar-matcher", options.threads)
-                                               : open_model(options.matcher_model, options.threads);
-  const int width = model.info.descriptor_width;
-  return {make_learned_matcher(std::move(model), options.min_match_score), width};
+template <class Part>
+std::vector<std::string> names_of(const Makers<Part>& makers) {
+  std::vector<std::string> names;
+  for (const auto& [name, make] : makers) names.push_back(name);
+  return names;
+}
+
+template <class Part>
+Sized<Part> make_part(const char* what, const Makers<Part>& makers, const std::string& wanted, const O& options) {
+  std::string known;
+  for (const auto& [name, make] : makers) {
+    if (name == wanted) return make(options);
+    known += (known.empty() ? "" : ", ") + name;
+  }
+  throw Error(std::string("unknown ") + what + " '" + wanted + "'; known: " + known);
 }
 
 }  // namespace
 
-std::vector<std::string> extractor_names() {
-  std::vector<std::string> names;
-  for (const auto& [name, make] : extractors()) names.push_back(name);
-  return names;
-}
+std::vector<std::string> extractor_names() { return names_of(extractors()); }
+std::vector<std::string> matcher_names() { return names_of(matchers()); }
 
 Frontend make_frontend(const FrontendOptions& options) {
-  Sized<Extractor> extractor = make_extractor(options);
-  Sized<Matcher> matcher = make_matcher(options);
+  Sized<Extractor> extractor = make_part("extractor", extractors(), options.extractor, options);
+  Sized<Matcher> matcher = make_part("matcher", matchers(), options.matcher, options);
   const bool known = extractor.descriptor_width != kAnyWidth && matcher.descriptor_width != kAnyWidth;
   if (known && extractor.descriptor_width != matcher.descriptor_width) {
     const std::string name = options.matcher == "onnx" ? options.matcher_model.string() : options.matcher;

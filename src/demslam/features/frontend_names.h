@@ -5,7 +5,8 @@
 
 namespace demslam {
 
-/// What FrontendOptions::extractor may be.
+/// What FrontendOptions::extractor and FrontendOptions::matcher may be.
 std::vector<std::string> extractor_names();
+std::vector<std::string> matcher_names();
 
 }  // namespace demslam
