@@ -32,7 +32,7 @@ SceneOptions scene_of(const Arguments& arguments) {
   if (arguments.dem) scene.terrain.dem = std::filesystem::absolute(*arguments.dem);
   if (arguments.seed) scene.seed = *arguments.seed;
   if (arguments.length_m) set_length(scene.rover, *arguments.length_m);
-  if (arguments.frame_spacing_m) scene.rover.frame_rate_hz = scene.rover.speed_m_per_s / *arguments.frame_spacing_m;
+  if (arguments.frame_spacing_m) scene.rover.space_frames(*arguments.frame_spacing_m);
   if (arguments.size_px) scene.camera.width_px = scene.camera.height_px = *arguments.size_px;
   if (arguments.no_depth) scene.output.depth = false;
   if (arguments.no_images) scene.output.images = false;

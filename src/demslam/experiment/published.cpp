@@ -43,9 +43,7 @@ std::vector<std::uint64_t> seeds_of(const ExperimentExtent& extent) {
 StudyDrive drive_of(const std::string& name, const fs::path& preset, const ExperimentExtent& extent) {
   StudyDrive drive{name, read_scene(preset)};
   drive.scene.output = {.depth = false, .labels = false, .lidar = false, .imu = false, .wheels = false};
-  if (extent.frame_spacing_m > 0.0) {
-    drive.scene.rover.speed_m_per_s = extent.frame_spacing_m * drive.scene.rover.frame_rate_hz;
-  }
+  if (extent.frame_spacing_m > 0.0) drive.scene.rover.space_frames(extent.frame_spacing_m);
   if (extent.size_px > 0) drive.scene.camera.width_px = drive.scene.camera.height_px = extent.size_px;
   if (!extent.quick) return drive;
   drive.scene.camera.width_px = drive.scene.camera.height_px = 256;

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "demslam/graph/elimination_order.h"
+
 namespace demslam {
 
 void CliqueCovariance::lay_out(const gtsam::GaussianConditional& conditional) {
@@ -50,7 +52,7 @@ CliqueCovariance::CliqueCovariance(const gtsam::GaussianConditional& conditional
 }
 
 gtsam::GaussianBayesTree::shared_ptr eliminated(const gtsam::GaussianFactorGraph& graph) {
-  return graph.eliminateMultifrontal(gtsam::Ordering::Metis(graph));
+  return graph.eliminateMultifrontal(nested_dissection(graph));
 }
 
 void for_each_clique(const gtsam::GaussianBayesTree& tree,

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "demslam/graph/elimination_order.h"
+
 namespace demslam {
 namespace {
 
@@ -13,7 +15,7 @@ namespace {
 /// not.
 gtsam::Ordering eliminated(const gtsam::NonlinearFactorGraph& graph, std::size_t end, const FactorTable& table) {
   gtsam::Ordering ordering;
-  for (const gtsam::Key key : gtsam::Ordering::Metis(graph)) {
+  for (const gtsam::Key key : nested_dissection(graph)) {
     if (!table.needed_from(key, end)) ordering.push_back(key);
   }
   return ordering;

@@ -11,6 +11,7 @@
 
 #include "demslam/base/error.h"
 #include "demslam/base/time.h"
+#include "demslam/graph/elimination_order.h"
 #include "demslam/graph/gtsam_pose.h"
 #include "demslam/graph/pose_graph_state.h"
 
@@ -103,10 +104,10 @@ OptimizerReport PoseGraph::State::solve(int max_iterations) {
   const Stopwatch watch;
   const gtsam::NonlinearFactorGraph graph = problem();
   gtsam::LevenbergMarquardtParams params;
-  params.orderingType = gtsam::Ordering::METIS;
   params.maxIterations = max_iterations;
   params.relativeErrorTol = 1e-6;
-  gtsam::LevenbergMarquardtOptimizer optimizer(graph, values_of(graph.keys(), values), params);
+  gtsam::LevenbergMarquardtOptimizer optimizer(graph, values_of(graph.keys(), values),
+                                               nested_dissection(graph), params);
   OptimizerReport report{.error_before = optimizer.error(), .factors = graph.size()};
   const gtsam::Values& solution = optimizer.optimize();
   report.error_after = optimizer.error();

@@ -44,6 +44,20 @@ TEST(Rover, FramesAreOneStepApartOnTheRoute) {
   EXPECT_NEAR(trajectory[4].pose.translation().x(), 1.0, 1e-9);
 }
 
+TEST(Rover, SpacedFramesAreTheSameDriveSeenLessOften) {
+  RoverOptions rover;
+  rover.length_m = 10.0;
+  const Terrain terrain(smooth_ground(), 1, plane_raster(0.0, {0.0, 0.0}));
+  const Trajectory every = drive(terrain, rover, Route(rover));
+  rover.space_frames(2.0);
+  const Trajectory fourth = drive(terrain, rover, Route(rover));
+  ASSERT_EQ(fourth.size(), 6U);
+  for (std::size_t i = 0; i < fourth.size(); ++i) {
+    EXPECT_EQ(fourth[i].t_ns, every[4 * i].t_ns);
+    EXPECT_LT((fourth[i].pose.inverse() * every[4 * i].pose).log().norm(), 1e-12);
+  }
+}
+
 TEST(Rover, CamerasAreAHalfBaselineLeftAndRight) {
   const StereoRig rig = stereo_rig(CameraOptions{});
   EXPECT_NEAR(rig.T_body_left.translation().y(), 0.155, 1e-12);

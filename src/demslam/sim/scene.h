@@ -90,6 +90,9 @@ struct RoverOptions {
   double turn_rate_deg_per_s = 10.0;         ///< of turns on the spot
   int wheels = 4;                            ///< 4 or 6 (the middle pair between the others) carry the body
   double slip_percent_per_deg = 0.3;         ///< wheels turn more than the rover advances, per degree uphill
+
+  /// Frames `spacing_m` apart, by the frame rate: the rover drives as fast as before.
+  void space_frames(double spacing_m) { frame_rate_hz = speed_m_per_s / spacing_m; }
 };
 
 /// The elevation map that the mission has: the rendered ground as an orbiter would have measured it.
