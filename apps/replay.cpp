@@ -27,6 +27,7 @@ void run(Arguments arguments) {
   const RunReport report = replay(arguments.inputs, options, bar.progress());
   fmt::print("{}: {} keyframes solved again in {:.1f} s\n", arguments.inputs.output.string(),
              report.result.counters.keyframes, report.seconds);
+  if (report.result.dem_shift) fmt::print("  {}\n", report.result.dem_shift->text());
 }
 
 }  // namespace

@@ -63,6 +63,7 @@ void print(const RunInputs& inputs, const RunReport& report) {
     fmt::print("  {:.1f} m in {:.1f} s ({:.0f} ms per frame)\n", path_length_m(report.result.trajectory),
                report.seconds, 1e3 * report.seconds / static_cast<double>(counters.frames));
   }
+  if (report.result.dem_shift) fmt::print("  {}\n", report.result.dem_shift->text());
   if (!counters.start_search.empty()) fmt::print("  start: {}\n", counters.start_search);
   if (report.resumed_at > inputs.first_frame) fmt::print("  resumed at frame {}\n", report.resumed_at);
   if (report.interrupted) fmt::print("  interrupted: the folder holds what was done; the same command goes on\n");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cmath>
+#include <format>
 #include <numbers>
 #include <utility>
 
@@ -86,8 +87,15 @@ std::optional<std::uint64_t> DemAnchor::dem_shift_key(PoseGraph& graph) {
   return dem_shift_;
 }
 
-Eigen::Vector3d DemAnchor::dem_shift_m(const PoseGraph& graph) const {
-  return dem_shift_ ? graph.shared(*dem_shift_) : Eigen::Vector3d::Zero();
+std::string DemShift::text() const {
+  const Eigen::Vector3d sigma = sigma_m();
+  return std::format("the DEM lies {:+.2f} m East, {:+.2f} m North, {:+.2f} m up (sigma {:.2f}, {:.2f}, {:.2f} m)",
+                     metres.x(), metres.y(), metres.z(), sigma.x(), sigma.y(), sigma.z());
+}
+
+std::optional<DemShift> DemAnchor::dem_shift(const PoseGraph& graph) const {
+  if (!dem_shift_) return std::nullopt;
+  return DemShift{graph.shared(*dem_shift_), graph.shared_covariance(*dem_shift_)};
 }
 
 AnchoringReport DemAnchor::report() const {

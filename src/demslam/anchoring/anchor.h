@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "demslam/anchoring/patch_factor_options.h"
@@ -42,6 +43,15 @@ struct AnchoringOptions {
   bool needs_landmarks() const { return patches || submap.recover || submap.factors; }
 };
 
+/// How far the whole DEM is displaced, as estimated: East, North, Up.
+struct DemShift {
+  Eigen::Vector3d metres;
+  Eigen::Matrix3d covariance;
+
+  Eigen::Vector3d sigma_m() const { return covariance.diagonal().cwiseSqrt(); }
+  std::string text() const;  ///< one line
+};
+
 /// What became of the keyframes that were due.
 struct AnchoringReport {
   int height = 0, normal = 0;
@@ -54,7 +64,7 @@ struct AnchoringReport {
   SubmapReport submaps;
 };
 
-/// Adds DEM factors to keyframes as they come. The DEM lies in the graph's map frame.
+/// Adds DEM factors to keyframes as they come. The DEM lies in the graph's map frame, but for the shift.
 class DemAnchor {
  public:
   DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& options, const Eigen::Vector3d& p_body_ground,
@@ -65,8 +75,8 @@ class DemAnchor {
   /// Looks at every keyframe of the graph that it has not seen yet, at its present estimate.
   void update(PoseGraph& graph);
   AnchoringReport report() const;
-  /// How far the DEM itself is displaced (East, North, Up), as estimated; zero without such states.
-  Eigen::Vector3d dem_shift_m(const PoseGraph& graph) const;
+  /// Nothing without such states, or before the first factor.
+  std::optional<DemShift> dem_shift(const PoseGraph& graph) const;
 
  private:
   void anchor(PoseGraph& graph, std::size_t keyframe);

@@ -68,6 +68,7 @@ class Drive {
 
   PoseGraph& graph() { return graph_; }
   AnchoringReport anchoring() const { return anchor_ ? anchor_->report() : AnchoringReport{}; }
+  std::optional<DemShift> dem_shift() const { return anchor_ ? anchor_->dem_shift(graph_) : std::nullopt; }
 
  private:
   void look(std::size_t keyframe) {
@@ -146,6 +147,13 @@ Estimator shipped() {
   return estimator;
 }
 
+Estimator trusting_the_dem() {
+  Estimator estimator = shipped();
+  estimator.name = "default, DEM in its place";
+  estimator.anchoring.sigma_bias_m = estimator.anchoring.sigma_shift_m = 0.0;
+  return estimator;
+}
+
 Estimator with_sun(Estimator estimator) {
   estimator.name += " + sun";
   estimator.sun = true;
@@ -153,10 +161,18 @@ Estimator with_sun(Estimator estimator) {
 }
 
 std::vector<Estimator> terrain_estimators() {
-  return {
-      odometry_only(),       published_factors(), full_gradient(), full_gradient_states(), terrain_patches(),
-      filtered_patches(),    shipped(),           submaps(),       everything(),           with_sun(odometry_only()),
-      with_sun(everything())};
+  return {odometry_only(),
+          published_factors(),
+          full_gradient(),
+          full_gradient_states(),
+          terrain_patches(),
+          filtered_patches(),
+          shipped(),
+          trusting_the_dem(),
+          submaps(),
+          everything(),
+          with_sun(odometry_only()),
+          with_sun(everything())};
 }
 
 EstimateScore estimate(const Traverse& traverse, const Estimator& estimator) {
@@ -169,6 +185,7 @@ EstimateScore estimate(const Traverse& traverse, const Estimator& estimator) {
   result.ms_per_keyframe = driving_ms / static_cast<double>(traverse.T_map_body.size());
   result.batch_ms = batch.milliseconds;
   result.anchoring = drive.anchoring();
+  result.dem_shift = drive.dem_shift();
   return result;
 }
 

@@ -31,6 +31,7 @@ Estimator filtered_patches();      ///< the same on the Wiener-filtered DEM, gat
 Estimator submaps();               ///< whole submaps searched for every 50 m instead of patches
 Estimator everything();            ///< filtered patches, states, and a search that brings a lost estimate back
 Estimator shipped();               ///< as `demslam run` does by default
+Estimator trusting_the_dem();      ///< the same without the DEM's bias and shift as states
 Estimator with_sun(Estimator estimator);
 std::vector<Estimator> terrain_estimators();  ///< all of these
 
@@ -41,6 +42,7 @@ struct EstimateScore {
   double ms_per_keyframe = 0.0;  ///< while driving
   double batch_ms = 0.0;
   AnchoringReport anchoring;
+  std::optional<DemShift> dem_shift;
 };
 
 /// Drives the estimator along the traverse: windowed optimisation on the way, one batch at the end.

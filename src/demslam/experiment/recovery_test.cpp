@@ -30,6 +30,21 @@ TEST(SubmapRecovery, LeavesAGoodEstimateAlone) {
   EXPECT_EQ(score.anchoring.submaps.moved, 0);
 }
 
+TEST(DemShift, IsToldFromAKnownStartAndNoLongerBendsTheDrive) {
+  OrbitalDem displaced;
+  displaced.bias_m = 1.0;
+  displaced.shift_m = {1.5, -1.0};
+  const Traverse traverse = make_traverse({.length_m = 378.0, .dem = displaced, .seed = 2});
+  const EstimateScore doubted = estimate(traverse, shipped()), trusted = estimate(traverse, trusting_the_dem());
+  ASSERT_TRUE(doubted.dem_shift);
+  EXPECT_FALSE(trusted.dem_shift);
+  const Eigen::Vector3d error = doubted.dem_shift->metres - Eigen::Vector3d(1.5, -1.0, 1.0);
+  EXPECT_LT(error.dot(doubted.dem_shift->covariance.ldlt().solve(error)), 16.3);  // chi-square of 3, 99.9 %
+  EXPECT_LT(doubted.dem_shift->sigma_m().maxCoeff(), 0.8);                        // of the prior's 1 m
+  EXPECT_LT(doubted.ate_m, 0.7 * trusted.ate_m);
+  EXPECT_LT(doubted.nees, 0.2 * trusted.nees);
+}
+
 TEST(FixExperiment, CountsNoWrongFixOnHighlandAndMare) {
   const auto rows = fix_experiment({.reliefs = {Relief::highland, Relief::mare},
                                     .traverse = {.length_m = 300.0, .dem = kGoodDem},

@@ -106,8 +106,8 @@ OptimizerReport PoseGraph::State::solve(int max_iterations) {
   gtsam::LevenbergMarquardtParams params;
   params.maxIterations = max_iterations;
   params.relativeErrorTol = 1e-6;
-  gtsam::LevenbergMarquardtOptimizer optimizer(graph, values_of(graph.keys(), values),
-                                               nested_dissection(graph), params);
+  gtsam::LevenbergMarquardtOptimizer optimizer(graph, values_of(graph.keys(), values), nested_dissection(graph),
+                                               params);
   OptimizerReport report{.error_before = optimizer.error(), .factors = graph.size()};
   const gtsam::Values& solution = optimizer.optimize();
   report.error_after = optimizer.error();
@@ -189,6 +189,7 @@ void PoseGraph::move(std::size_t first, const Pose& T_correction) {
 Eigen::Vector3d PoseGraph::shared(std::uint64_t key) const { return state_->values.at<gtsam::Vector3>(key); }
 std::size_t PoseGraph::size() const { return state_->poses.size(); }
 std::size_t PoseGraph::variables() const { return state_->values.size(); }
+bool PoseGraph::is_held(std::size_t keyframe) const { return state_->held.at(keyframe); }
 std::size_t PoseGraph::batches() const { return state_->batches; }
 double PoseGraph::path_m(std::size_t keyframe) const { return state_->chain.path_m(keyframe); }
 const Pose& PoseGraph::T_map_body(std::size_t keyframe) const { return state_->poses.at(keyframe); }

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "demslam/base/error.h"
-#include "demslam/graph/clique_covariance.h"
 #include "demslam/graph/pose_graph_state.h"
 
 namespace demslam {
@@ -41,6 +40,12 @@ void PoseGraph::State::note_newest() {
                       known.push_back({newest, covariance.block(key, key)});
                     }
                   });
+}
+
+gtsam::GaussianBayesTree::shared_ptr PoseGraph::State::linearized() const {
+  gtsam::NonlinearFactorGraph everything;
+  factors.append_to(everything, 0, factors.size());
+  return eliminated(*everything.linearize(values));
 }
 
 std::optional<Matrix6d> PoseGraph::State::known_covariance(std::size_t keyframe) const {
@@ -90,6 +95,14 @@ std::optional<double> PoseGraph::odometry_chi_square(const RelativePose& m) cons
   return distance(m, s.chain.motion(m.i, m.j, s.systematic(s.stretch_of[m.j])), *covariance);
 }
 
+Eigen::Matrix3d PoseGraph::shared_covariance(std::uint64_t key) const {
+  Eigen::Matrix3d result = Eigen::Matrix3d::Zero();
+  for_each_clique(*state_->linearized(), [&](const auto&, const CliqueCovariance& covariance) {
+    if (covariance.holds(key)) result = covariance.block(key, key);
+  });
+  return result;
+}
+
 std::vector<Matrix6d> PoseGraph::covariances(const std::vector<std::size_t>& keyframes) const {
   const State& s = *state_;
   s.check_tied();
@@ -103,18 +116,15 @@ std::vector<Matrix6d> PoseGraph::covariances(const std::vector<std::size_t>& key
     if (!covariance.holds(a) || !covariance.holds(b)) return;
     wanted->second << covariance.block(a, a), covariance.block(a, b), covariance.block(b, a), covariance.block(b, b);
   };
-  gtsam::NonlinearFactorGraph everything;
-  s.factors.append_to(everything, 0, size());
-  for_each_clique(*eliminated(*everything.linearize(s.values)),
-                  [&](const auto& conditional, const CliqueCovariance& covariance) {
-                    for (const gtsam::Key key : conditional.frontals()) {
-                      if (!is_keyframe(key)) continue;
-                      if (const auto wanted = marginals.of.find(key); wanted != marginals.of.end())
-                        wanted->second = covariance.block(key, key);
-                      keep_across(covariance, key);
-                      if (key > 0) keep_across(covariance, s.held_before(key));
-                    }
-                  });
+  for_each_clique(*s.linearized(), [&](const auto& conditional, const CliqueCovariance& covariance) {
+    for (const gtsam::Key key : conditional.frontals()) {
+      if (!is_keyframe(key)) continue;
+      if (const auto wanted = marginals.of.find(key); wanted != marginals.of.end())
+        wanted->second = covariance.block(key, key);
+      keep_across(covariance, key);
+      if (key > 0) keep_across(covariance, s.held_before(key));
+    }
+  });
   std::vector<Matrix6d> result;
   for (const std::size_t k : keyframes) {
     if (!s.folded[k]) {

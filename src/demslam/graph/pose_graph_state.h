@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "demslam/graph/clique_covariance.h"
 #include "demslam/graph/condensed_past.h"
 #include "demslam/graph/factor_table.h"
 #include "demslam/graph/odometry_chain.h"
@@ -85,6 +86,7 @@ struct PoseGraph::State {
   bool batch_is_due() const;
 
   // Covariance.
+  gtsam::GaussianBayesTree::shared_ptr linearized() const;  ///< everything, at the present estimate, eliminated
   void note_newest();
   std::optional<Matrix6d> known_covariance(std::size_t keyframe) const;
 };

@@ -301,7 +301,10 @@ SlamResult Backend::finish() {
   result.counters.loops = s.loops.counters();
   result.counters.relocalised = s.relocaliser.found();
   if (s.earlier_map) result.counters.in_earlier_map = s.earlier_map->found();
-  if (s.anchor) result.counters.anchoring = s.anchor->report();
+  if (s.anchor) {
+    result.counters.anchoring = s.anchor->report();
+    result.dem_shift = s.anchor->dem_shift(s.graph);
+  }
   return result;
 }
 

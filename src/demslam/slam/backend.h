@@ -62,6 +62,7 @@ struct SlamResult {
   Trajectory odometry;    ///< the same frames from odometry alone
   std::vector<KeyframeEstimate> keyframes;
   std::vector<FactorResidual> residuals;  ///< of all factors but odometry and loops (anchoring/factor_kind.h)
+  std::optional<DemShift> dem_shift;      ///< against the map frame, in which the start is known
   SlamCounters counters;
 };
 

@@ -50,6 +50,14 @@ Json counters_json(const SlamCounters& counters) {
           {"start_search", counters.start_search}};
 }
 
+/// Null where no DEM was used, or its place was taken for granted.
+Json shift_json(const std::optional<DemShift>& shift) {
+  if (!shift) return nullptr;
+  const Eigen::Vector3d sigma = shift->sigma_m();
+  return {{"m", {shift->metres.x(), shift->metres.y(), shift->metres.z()}},
+          {"sigma_m", {sigma.x(), sigma.y(), sigma.z()}}};
+}
+
 /// Paths taken out: a dataset may have been moved.
 Json without_paths(Json json) {
   if (json.is_object()) {
@@ -150,6 +158,7 @@ std::string summary_text(const RunInputs& inputs, const std::string& inputs_text
                      {"interrupted", report.interrupted},
                      {"anchored", report.anchored},
                      {"counters", counters_json(report.result.counters)},
+                     {"dem_shift", shift_json(report.result.dem_shift)},
                      {"path_length_m", path_length_m(trajectory)},
                      {"first_to_last_m", first_to_last_m(trajectory)}};
   return json.dump(1) + "\n";
