@@ -109,7 +109,7 @@ LoopResult LoopClosure::consider(const PoseGraph& graph, std::size_t i, const Mo
   ++counters_.proposed;
   counters_.verified += result.status != LoopStatus::not_matched;
   counters_.rejected += result.status == LoopStatus::inconsistent;
-  if (result.status == LoopStatus::unconfirmed) waiting_.push_back(result);
+  if (result.status == LoopStatus::unconfirmed) wait(graph, result);
   return result;
 }
 

@@ -96,14 +96,23 @@ class LoopClosure {
     std::size_t loop = 0;  ///< its index in the graph
   };
 
+  /// A plausible loop without a group, and which of those that came before it agree with it. They are compared once:
+  /// the short ways between their keyframes hardly change.
+  struct Waiting {
+    LoopResult loop;
+    std::uint64_t number = 0;
+    std::vector<std::uint64_t> agrees_with;  ///< numbers, increasing
+  };
+
   void index_until(const PoseGraph& graph, std::size_t end);
   std::vector<std::size_t> near(const PoseGraph& graph);
   std::vector<std::size_t> candidates(const PoseGraph& graph);
   LoopResult attempt(const PoseGraph& graph, std::size_t i);
   LoopResult measured(const PoseGraph& graph, std::size_t i, const Motion& motion) const;
   void judge(const PoseGraph& graph, LoopResult& result) const;
+  void wait(const PoseGraph& graph, const LoopResult& loop);
   bool agree(const PoseGraph& graph, const RelativePose& a, const RelativePose& b) const;
-  std::vector<std::size_t> agreeing(const PoseGraph& graph, std::size_t first) const;
+  std::vector<std::size_t> agreeing(std::size_t first) const;
   bool is_confirmed(const PoseGraph& graph, const std::vector<std::size_t>& group) const;
   void confirm(PoseGraph& graph, std::vector<LoopResult>& changed);
   std::vector<RelativePose> telling(const PoseGraph& graph, const std::vector<std::size_t>& group) const;
@@ -117,7 +126,8 @@ class LoopClosure {
   LoopCounters counters_;
   KeyframeGrid grid_;                                     ///< of keyframes far enough behind
   std::size_t indexed_ = 0, batches_ = 0, reviewed_ = 0;  ///< batches: of the graph, when last looked at
-  std::vector<LoopResult> waiting_;  ///< plausible ones, not yet in a group, in the order of their coming
+  std::vector<Waiting> waiting_;                          ///< in the order of their coming
+  std::uint64_t came_ = 0;                                ///< how many ever waited
   std::vector<Group> groups_;
   double quiet_until_m_ = 0.0;  ///< path
 };

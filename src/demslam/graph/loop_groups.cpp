@@ -13,15 +13,23 @@ bool LoopClosure::agree(const PoseGraph& graph, const RelativePose& a, const Rel
   return apart_m <= options_.confirming_radius_m && loops_apart(graph, a, b) <= options_.agreement_gate;
 }
 
+void LoopClosure::wait(const PoseGraph& graph, const LoopResult& loop) {
+  Waiting waiting{loop, came_++, {}};
+  for (const Waiting& earlier : waiting_) {
+    if (agree(graph, earlier.loop.measurement, loop.measurement)) waiting.agrees_with.push_back(earlier.number);
+  }
+  waiting_.push_back(std::move(waiting));
+}
+
 /// Of those waiting: the first one, and all later and earlier ones, in turn, that agree with it and with each other.
 /// In the order of their coming.
-std::vector<std::size_t> LoopClosure::agreeing(const PoseGraph& graph, std::size_t first) const {
+std::vector<std::size_t> LoopClosure::agreeing(std::size_t first) const {
+  const auto agree = [&](std::size_t a, std::size_t b) {
+    return std::ranges::binary_search(waiting_[std::max(a, b)].agrees_with, waiting_[std::min(a, b)].number);
+  };
   std::vector<std::size_t> group{first};
   for (std::size_t other = 0; other < waiting_.size(); ++other) {
-    const auto agrees = [&](std::size_t member) {
-      return member != other && agree(graph, waiting_[member].measurement, waiting_[other].measurement);
-    };
-    if (std::ranges::all_of(group, agrees)) group.push_back(other);
+    if (std::ranges::all_of(group, [&](std::size_t member) { return agree(member, other); })) group.push_back(other);
   }
   std::ranges::sort(group);
   return group;
@@ -29,7 +37,7 @@ std::vector<std::size_t> LoopClosure::agreeing(const PoseGraph& graph, std::size
 
 bool LoopClosure::is_confirmed(const PoseGraph& graph, const std::vector<std::size_t>& group) const {
   std::vector<std::size_t> keyframes;  // in order, as they came
-  for (const std::size_t n : group) keyframes.push_back(waiting_[n].measurement.j);
+  for (const std::size_t n : group) keyframes.push_back(waiting_[n].loop.measurement.j);
   keyframes.erase(std::ranges::unique(keyframes).begin(), keyframes.end());
   return std::ssize(keyframes) >= options_.confirming_keyframes &&
          graph.path_m(keyframes.back()) - graph.path_m(keyframes.front()) >= options_.confirming_path_m;
@@ -37,7 +45,7 @@ bool LoopClosure::is_confirmed(const PoseGraph& graph, const std::vector<std::si
 
 void LoopClosure::confirm(PoseGraph& graph, std::vector<LoopResult>& changed) {
   for (std::size_t n = 0; n < waiting_.size();) {
-    const std::vector<std::size_t> group = agreeing(graph, n);
+    const std::vector<std::size_t> group = agreeing(n);
     if (!is_confirmed(graph, group)) {
       ++n;
       continue;
@@ -53,7 +61,7 @@ std::vector<RelativePose> LoopClosure::telling(const PoseGraph& graph, const std
   const auto rank = [&](const LoopResult& loop) { return std::pair(graph.is_held(loop.measurement.i), loop.inliers); };
   std::vector<const LoopResult*> chosen;
   for (const std::size_t n : group) {
-    const LoopResult& loop = waiting_[n];
+    const LoopResult& loop = waiting_[n].loop;
     const std::size_t j = loop.measurement.j;
     if (!chosen.empty() && chosen.back()->measurement.j == j) {
       if (rank(loop) > rank(*chosen.back())) chosen.back() = &loop;
@@ -71,12 +79,12 @@ void LoopClosure::accept(PoseGraph& graph, const std::vector<std::size_t>& group
   Group accepted;
   accepted.loop = graph.add_loop(telling(graph, group));
   for (const std::size_t n : group) {
-    LoopResult& loop = waiting_[n];
+    LoopResult& loop = waiting_[n].loop;
     loop.status = LoopStatus::accepted;
     loop.reason.clear();
     accepted.members.push_back(loop);
   }
-  std::erase_if(waiting_, [](const LoopResult& loop) { return loop.status == LoopStatus::accepted; });
+  std::erase_if(waiting_, [](const Waiting& w) { return w.loop.status == LoopStatus::accepted; });
   changed.insert(changed.end(), accepted.members.begin(), accepted.members.end());
   counters_.accepted += static_cast<int>(accepted.members.size());
   groups_.push_back(std::move(accepted));
@@ -85,14 +93,15 @@ void LoopClosure::accept(PoseGraph& graph, const std::vector<std::size_t>& group
 
 void LoopClosure::expire(const PoseGraph& graph, std::vector<LoopResult>& changed) {
   const double path_m = graph.path_m(graph.size() - 1);
-  for (LoopResult& loop : waiting_) {
+  for (Waiting& waiting : waiting_) {
+    LoopResult& loop = waiting.loop;
     if (path_m - graph.path_m(loop.measurement.j) <= options_.confirming_radius_m) continue;
     loop.status = LoopStatus::rejected;
     loop.reason = "no other keyframe's loop agrees";
     ++counters_.rejected;
     changed.push_back(loop);
   }
-  std::erase_if(waiting_, [](const LoopResult& loop) { return loop.status == LoopStatus::rejected; });
+  std::erase_if(waiting_, [](const Waiting& w) { return w.loop.status == LoopStatus::rejected; });
 }
 
 std::vector<LoopResult> LoopClosure::review(const PoseGraph& graph) {

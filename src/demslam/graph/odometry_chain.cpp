@@ -80,7 +80,13 @@ CompoundMotion OdometryChain::compound(std::size_t a, std::size_t b, const Vecto
 
 std::optional<Matrix6d> OdometryChain::covariance(std::size_t a, std::size_t b,
                                                   const Matrix4d& systematic_covariance) const {
-  const Sums from = sums_at(a), to = sums_at(b);
+  Sums from, to;
+  if (b - a < kStride) {  // no longer than the way to the next sums
+    for (std::size_t k = a + 1; k <= b; ++k) to.append(links_[k]);
+  } else {
+    from = sums_at(a);
+    to = sums_at(b);
+  }
   if (from.gaps != to.gaps) return std::nullopt;
   const Matrix6d A = to.T_odometry.inverse().adjoint();
   const Matrix64d J = A * (to.by_systematic - from.by_systematic);

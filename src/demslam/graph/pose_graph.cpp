@@ -100,12 +100,12 @@ gtsam::NonlinearFactorGraph PoseGraph::State::problem() const {
   return graph;
 }
 
-OptimizerReport PoseGraph::State::solve(int max_iterations) {
+OptimizerReport PoseGraph::State::solve(int max_iterations, double relative_tolerance) {
   const Stopwatch watch;
   const gtsam::NonlinearFactorGraph graph = problem();
   gtsam::LevenbergMarquardtParams params;
   params.maxIterations = max_iterations;
-  params.relativeErrorTol = 1e-6;
+  params.relativeErrorTol = relative_tolerance;
   gtsam::LevenbergMarquardtOptimizer optimizer(graph, values_of(graph.keys(), values), nested_dissection(graph),
                                                params);
   OptimizerReport report{.error_before = optimizer.error(), .factors = graph.size()};

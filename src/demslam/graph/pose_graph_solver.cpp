@@ -8,37 +8,40 @@ namespace demslam {
 namespace {
 
 constexpr double kShortestBatchPath_m = 20.0;  // between two batches in the run
+// Relative decrease of the error that ends a solution. A batch in the run is followed by others.
+constexpr double kConverged = 1e-6, kNearlyConverged = 1e-4;
 
 }  // namespace
 
-OptimizerReport PoseGraph::optimize() {
-  State& s = *state_;
-  s.check_tied();
-  s.past = {};
-  OptimizerReport report = s.solve(s.options.max_iterations);
-  const std::vector<bool> before = s.loops_on();
-  if (loops() > 0 && s.sort_out_loops()) {
-    const std::vector<bool> after = s.loops_on();
+OptimizerReport PoseGraph::State::batch(double tolerance) {
+  check_tied();
+  past = {};
+  OptimizerReport report = solve(options.max_iterations, tolerance);
+  const std::vector<bool> before = loops_on();
+  if (!loops.empty() && sort_out_loops()) {
+    const std::vector<bool> after = loops_on();
     report.loops_switched =
         std::inner_product(before.begin(), before.end(), after.begin(), 0, std::plus{}, std::not_equal_to{});
-    const OptimizerReport again = s.solve(s.options.max_iterations);
+    const OptimizerReport again = solve(options.max_iterations, tolerance);
     report.error_after = again.error_after;
     report.iterations += again.iterations;
     report.milliseconds += again.milliseconds;
   }
   report.batch = true;
-  ++s.batches;
-  s.loops_waiting = 0;
-  s.path_at_batch_m = path_m(size() - 1);
+  ++batches;
+  loops_waiting = 0;
+  path_at_batch_m = chain.path_m(poses.size() - 1);
   return report;
 }
+
+OptimizerReport PoseGraph::optimize() { return state_->batch(kConverged); }
 
 OptimizerReport PoseGraph::optimize_window(std::size_t first) {
   State& s = *state_;
   s.check_tied();
   s.past.extend_to(first, s.factors, s.values);
   s.fold_until(first);
-  const OptimizerReport report = s.solve(s.options.max_iterations);
+  const OptimizerReport report = s.solve(s.options.max_iterations, kConverged);
   s.note_newest();
   return report;
 }
@@ -54,7 +57,7 @@ bool PoseGraph::State::batch_is_due() const {
 
 OptimizerReport PoseGraph::optimize_recent() {
   State& s = *state_;
-  if (s.batch_is_due()) return optimize();
+  if (s.batch_is_due()) return s.batch(kNearlyConverged);
   std::size_t first = size() - 1;
   while (first > s.past.end() && path_m(size() - 1) - path_m(first) < s.options.window_m) --first;
   return optimize_window(first);

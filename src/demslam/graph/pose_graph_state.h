@@ -47,7 +47,8 @@ struct PoseGraph::State {
 
   void add(const FactorTable::Factor& factor);
   gtsam::NonlinearFactorGraph problem() const;  ///< what the past says, and the factors of everything after it
-  OptimizerReport solve(int max_iterations);
+  OptimizerReport solve(int max_iterations, double relative_tolerance = 1e-6);
+  OptimizerReport batch(double relative_tolerance);  ///< everything, and the loops sorted out
   void move_to(const gtsam::Values& solution);
   void check_tied() const;
 
