@@ -40,6 +40,9 @@ const METRICS: Metric[] = [
   { group: "RPE, RMSE", name: "translation", unit: "m", of: evaluated("rpe_rmse_m"), decimals: 4, best: "least" },
   { group: "RPE, RMSE", name: "rotation", unit: "\u00b0", of: evaluated("rpe_rotation_rmse_deg"), decimals: 4, best: "least" },
   { group: "Covariance", name: "mean NEES", unit: "", of: evaluated("nees_mean"), decimals: 2 },
+  { group: "DEM lies off by", name: "East", unit: "m", of: summarised("dem_shift.m.0"), decimals: 2 },
+  { group: "DEM lies off by", name: "North", unit: "m", of: summarised("dem_shift.m.1"), decimals: 2 },
+  { group: "DEM lies off by", name: "up", unit: "m", of: summarised("dem_shift.m.2"), decimals: 2 },
   { group: "Cost", name: "time per frame", unit: "ms", of: (run) => run.data.timings["total_ms"]?.median ?? NaN, decimals: 0 },
   { group: "Cost", name: "memory", unit: "MiB", of: (run) => run.data.timings["rss_mib"]?.max ?? NaN, decimals: 0 },
 ];

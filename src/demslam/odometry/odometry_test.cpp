@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <numbers>
 
 #include "demslam/base/error.h"
@@ -35,7 +37,10 @@ FrontendOptions few_features() {
 /// Runs frames through an odometry and places every result in the first frame.
 class Drive {
  public:
-  explicit Drive(OdometryOptions options = {}) : odometry_(test_rig(), make_frontend(few_features()), options) {}
+  explicit Drive(OdometryOptions options = {}, const RectifiedRig& rig = test_rig())
+      : odometry_(rig, make_frontend(few_features()), options) {}
+
+  void set_sensors(MotionSensors sensors) { odometry_.set_sensors(std::move(sensors)); }
 
   const OdometryResult& feed(int frame, const RenderedPair& pair) {
     results_.push_back(odometry_.process(frame * kStepNs, pair.left, pair.right));
@@ -100,6 +105,47 @@ TEST(StereoOdometry, ErrorsFitTheClaimedCovariance) {
     EXPECT_LT(error.dot(covariance.ldlt().solve(error)), 40.0) << i;  // six degrees of freedom
     EXPECT_LT(sigma_m(drive.results()[i]), 0.01);
   }
+}
+
+/// So narrow that all it sees of the plane is far, on a rover that drives along the plane.
+RectifiedRig narrow_rig() {
+  RectifiedRig rig = test_rig();
+  rig.baseline_m = 0.002;
+  rig.T_body_left = Pose(rotation_from_rpy(0.0, 0.6, 0.0) * R_body_camera_level(), Eigen::Vector3d::Zero());
+  return rig;
+}
+
+MotionSensors straight_on(double m_per_s, TimestampNs duration_ns) {
+  MotionSensors sensors;
+  for (TimestampNs t = 0; t <= duration_ns; t += kStepNs / 10) {
+    const double rolled_m = m_per_s * to_seconds(t);
+    sensors.imu.push_back({t});
+    sensors.wheels.push_back({t, rolled_m, rolled_m});
+  }
+  return sensors;
+}
+
+TEST(StereoOdometry, FarPointsAloneLeaveTheDistanceToTheWheels) {
+  constexpr double kStep_m = 0.2;
+  constexpr int kFrames = 10;
+  const RectifiedRig rig = narrow_rig();
+  std::map<bool, double> worst_m, sigma;
+  for (const bool support : {false, true}) {
+    OdometryOptions options;
+    options.lost.support_weak = support;
+    Drive drive(options, rig);
+    drive.set_sensors(straight_on(kStep_m / to_seconds(kStepNs), kFrames * kStepNs));
+    for (int i = 0; i <= kFrames; ++i) {
+      const OdometryResult& result = drive.feed(i, render_pair(rig, T_world_left(0.0, i * kStep_m, 0.0), 300 + i));
+      EXPECT_NE(result.status, Tracking::bridged) << result.reason;
+      worst_m[support] = std::max(worst_m[support], std::abs(drive.poses().back().translation().norm() - i * kStep_m));
+      sigma[support] = std::max(sigma[support], sigma_m(result));
+    }
+  }
+  EXPECT_GT(sigma[false], 0.1);
+  EXPECT_LT(sigma[true], 0.05);  // of two steps; the wheels claim 5 % of each
+  EXPECT_LT(worst_m[true], 0.05);
+  EXPECT_LT(worst_m[true], 0.5 * worst_m[false]);
 }
 
 TEST(StereoOdometry, SameInputGivesTheSameBytes) {
