@@ -1,5 +1,7 @@
 #include "demslam/sim/sensors.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -22,17 +24,28 @@ Eigen::Vector3d normal3(Random& random, double sigma) {
   return sigma * Eigen::Vector3d(x, y, z);
 }
 
-/// Angular rate and specific force in the body, by central differences over 0.1 s (the structure's own low pass).
+/// Angular rate and specific force in the body.
 struct Inertial {
   Eigen::Vector3d rate, force;
 };
 
-Inertial inertial(const Motion& motion, double t, double duration) {
-  const double h = 0.05, middle = std::clamp(t, h, std::max(h, duration - h));
-  const Pose before = motion(middle - h), now = motion(middle), after = motion(middle + h);
+constexpr std::int64_t kHalf = 5;  // samples: differences over 0.1 s, the structure's own low pass
+
+/// By central differences.
+Inertial inertial(const Pose& before, const Pose& now, const Pose& after) {
+  const double h = kHalf / kImuRate;
   const Eigen::Vector3d turn = (before.inverse() * after).log().head<3>();
   const Eigen::Vector3d acceleration = (after.translation() - 2.0 * now.translation() + before.translation()) / (h * h);
   return {turn / (2.0 * h), now.rotation().conjugate() * (acceleration + Eigen::Vector3d(0.0, 0.0, kGravity))};
+}
+
+/// The poses of the IMU's samples `first` to `last`, inclusive, on all cores.
+std::vector<Pose> sampled(const Motion& motion, std::int64_t first, std::int64_t last) {
+  std::vector<Pose> poses(static_cast<std::size_t>(last - first + 1));
+  tbb::parallel_for(first, last + 1, [&](std::int64_t i) {
+    poses[static_cast<std::size_t>(i - first)] = motion(static_cast<double>(i) / kImuRate);
+  });
+  return poses;
 }
 
 /// Craters inside whose rim a map position may lie, by squares of 8 m.
@@ -79,8 +92,17 @@ std::string imu_text(const Motion& motion, TimestampNs first_ns, double duration
   Random random(seed, 0x696d7532);
   std::string text =
       "#timestamp [ns], w_x [rad s^-1], w_y [rad s^-1], w_z [rad s^-1], a_x [m s^-2], a_y [m s^-2], a_z [m s^-2]\n";
-  for (std::int64_t i = 0; static_cast<double>(i) / kImuRate <= duration_s; ++i) {
-    const Inertial truth = inertial(motion, static_cast<double>(i) / kImuRate, duration_s);
+  constexpr std::int64_t kBlock = 10000;  // samples whose poses are in memory
+  const auto last = static_cast<std::int64_t>(std::floor(duration_s * kImuRate + 1e-6));
+  std::vector<Pose> poses;
+  for (std::int64_t i = 0, first = 0; i <= last; ++i) {
+    if (i % kBlock == 0) {
+      first = std::max<std::int64_t>(i - 2 * kHalf, 0);
+      poses = sampled(motion, first, std::max(std::min(i + kBlock - 1, last) + kHalf, 2 * kHalf));
+    }
+    const auto at = [&](std::int64_t sample) -> const Pose& { return poses[static_cast<std::size_t>(sample - first)]; };
+    const std::int64_t middle = std::clamp(i, kHalf, std::max(kHalf, last - kHalf));
+    const Inertial truth = inertial(at(middle - kHalf), at(middle), at(middle + kHalf));
     const Eigen::Vector3d w = truth.rate + bias.gyro + normal3(random, 1.7e-4 * root_rate);
     const Eigen::Vector3d a = truth.force + bias.accelerometer + normal3(random, 2e-3 * root_rate);
     char line[200];
