@@ -37,6 +37,7 @@ std::vector<std::size_t> LoopClosure::agreeing(std::size_t first) const {
 
 bool LoopClosure::is_confirmed(const PoseGraph& graph, const std::vector<std::size_t>& group) const {
   std::vector<std::size_t> keyframes;  // in order, as they came
+  keyframes.reserve(group.size());
   for (const std::size_t n : group) keyframes.push_back(waiting_[n].loop.measurement.j);
   keyframes.erase(std::ranges::unique(keyframes).begin(), keyframes.end());
   return std::ssize(keyframes) >= options_.confirming_keyframes &&
@@ -71,6 +72,7 @@ std::vector<RelativePose> LoopClosure::telling(const PoseGraph& graph, const std
     }
   }
   std::vector<RelativePose> measurements;
+  measurements.reserve(chosen.size());
   for (const LoopResult* loop : chosen) measurements.push_back(loop->measurement);
   return measurements;
 }
