@@ -81,6 +81,7 @@ std::vector<std::size_t> LoopClosure::near(const PoseGraph& graph) {
   }
   std::sort(found.begin(), found.end());
   std::vector<std::size_t> nearest;
+  nearest.reserve(found.size());
   for (const auto& [distance_m, keyframe] : found) nearest.push_back(keyframe);
   return nearest;
 }
