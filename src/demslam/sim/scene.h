@@ -88,6 +88,7 @@ struct RoverOptions {
   std::filesystem::path recording;           ///< for route = "recorded": the places of a TUM trajectory (map frame)
   double stop_every_m = 0.0, stop_s = 10.0;  ///< stands still for stop_s after every stop_every_m; 0: never
   double turn_rate_deg_per_s = 10.0;         ///< of turns on the spot
+  double max_turn_rate_deg_per_s = 30.0;     ///< in bends, where the rover slows down for it
   int wheels = 4;                            ///< 4 or 6 (the middle pair between the others) carry the body
   double slip_percent_per_deg = 0.3;         ///< wheels turn more than the rover advances, per degree uphill
 

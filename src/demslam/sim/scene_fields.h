@@ -165,6 +165,7 @@ void rover_fields(Io& io, O& rover) {
   bounded(io, "stop_every_m", rover.stop_every_m, 0.0, 200000.0);
   bounded(io, "stop_s", rover.stop_s, 0.0, 1e6);
   bounded(io, "turn_rate_deg_per_s", rover.turn_rate_deg_per_s, 0.1, 360.0);
+  bounded(io, "max_turn_rate_deg_per_s", rover.max_turn_rate_deg_per_s, 0.1, 360.0);
   bounded(io, "wheels", rover.wheels, 4, 6);
   bounded(io, "slip_percent_per_deg", rover.slip_percent_per_deg, 0.0, 10.0);
 }

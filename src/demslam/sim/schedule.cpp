@@ -26,21 +26,42 @@ std::vector<Halt> halts_of(const RoverOptions& rover, const Route& route) {
   return halts;
 }
 
+constexpr double kStep_m = 0.25;  // of the route, over which a bend is measured
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+double speed_m_per_s(const RoverOptions& rover, const Route& route, double from_m, double to_m) {
+  if (!route.corners().empty()) return rover.speed_m_per_s;  // straight legs
+  const double turn = std::remainder(route.heading(to_m) - route.heading(from_m), 2.0 * std::numbers::pi);
+  const double slowest_s = std::abs(turn) / (rover.max_turn_rate_deg_per_s * kRadPerDeg);
+  return std::min(rover.speed_m_per_s, (to_m - from_m) / std::max(slowest_s, 1e-12));
+}
+
 }  // namespace
 
 Schedule::Schedule(const RoverOptions& rover, const Route& route) : route_(route) {
-  const double turn_rate = rover.turn_rate_deg_per_s * std::numbers::pi / 180.0;
+  const double turn_rate = rover.turn_rate_deg_per_s * kRadPerDeg;
   phases_.push_back({0.0, 0.0, 0.0, 0.0, route.heading(0.0), 0.0});
   for (const Halt& halt : halts_of(rover, route)) {
-    drive_to(halt.s_m, rover.speed_m_per_s);
+    drive_to(halt.s_m, rover);
     stay(halt.pause_s + std::abs(halt.turn) / turn_rate, halt.from_heading, halt.turn);
   }
-  drive_to(route.length_m(), rover.speed_m_per_s);
+  drive_to(route.length_m(), rover);
 }
 
-void Schedule::drive_to(double s_m, double speed_m_per_s) {
-  const double begin = phases_.back().end_s, from = phases_.back().to_m;
-  if (s_m > from) phases_.push_back({begin, begin + (s_m - from) / speed_m_per_s, from, s_m, 0.0, 0.0});
+/// One phase per stretch of the same speed.
+void Schedule::drive_to(double s_m, const RoverOptions& rover) {
+  for (double from = phases_.back().to_m; from < s_m;) {
+    double to = std::min(from + kStep_m, s_m);
+    const double speed = speed_m_per_s(rover, route_, from, to);
+    while (to < s_m) {
+      const double next = std::min(to + kStep_m, s_m);
+      if (speed_m_per_s(rover, route_, to, next) != speed) break;
+      to = next;
+    }
+    const double begin = phases_.back().end_s;
+    phases_.push_back({begin, begin + (to - from) / speed, from, to, 0.0, 0.0});
+    from = to;
+  }
 }
 
 void Schedule::stay(double duration_s, double from_heading, double turn) {
@@ -49,7 +70,8 @@ void Schedule::stay(double duration_s, double from_heading, double turn) {
 }
 
 Schedule::State Schedule::at(double time_s) const {
-  const auto phase = std::find_if(phases_.begin(), phases_.end() - 1, [&](const Phase& p) { return time_s < p.end_s; });
+  const auto phase =
+      std::partition_point(phases_.begin(), phases_.end() - 1, [&](const Phase& p) { return p.end_s <= time_s; });
   const double share = std::clamp((time_s - phase->begin_s) / std::max(phase->end_s - phase->begin_s, 1e-12), 0.0, 1.0);
   if (phase->to_m == phase->from_m) return {phase->to_m, phase->from_heading + share * phase->turn};
   const double s = phase->from_m + share * (phase->to_m - phase->from_m);

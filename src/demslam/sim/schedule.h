@@ -7,8 +7,8 @@
 
 namespace demslam {
 
-/// When the rover is where on its route: drives at its speed, stands still where it was told to, and turns on the spot
-/// at the corners of a route of legs.
+/// When the rover is where on its route: drives at its speed, slower in tight bends, stands still where it was told to,
+/// and turns on the spot at the corners of a route of legs.
 class Schedule {
  public:
   Schedule(const RoverOptions& rover, const Route& route);
@@ -25,7 +25,7 @@ class Schedule {
   struct Phase {
     double begin_s, end_s, from_m, to_m, from_heading, turn;
   };
-  void drive_to(double s_m, double speed_m_per_s);
+  void drive_to(double s_m, const RoverOptions& rover);
   void stay(double duration_s, double from_heading, double turn);
 
   const Route& route_;

@@ -55,6 +55,23 @@ TEST(Schedule, StandsStillWhereItIsToldTo) {
   EXPECT_NEAR(schedule.at(1e9).s_m, 10.0, 1e-9);
 }
 
+TEST(Schedule, SlowsDownInATightBend) {
+  RoverOptions rover;
+  rover.route = RouteKind::waypoints;
+  rover.waypoints_m = {{0.0, 0.0}, {10.0, 0.0}, {10.0, 1.0}, {0.0, 1.0}};
+  rover.speed_m_per_s = 2.0;
+  const Route route(rover);
+  const Schedule schedule(rover, route);
+  EXPECT_GT(schedule.duration_s(), route.length_m() / 2.0 + 2.0);
+  EXPECT_NEAR(schedule.at(2.0).s_m, 4.0, 1e-9);  // straight on
+  double fastest = 0.0;
+  for (double t = 0.0; t + 0.5 < schedule.duration_s(); t += 0.1) {
+    const double turn = schedule.at(t + 0.5).heading - schedule.at(t).heading;
+    fastest = std::max(fastest, std::abs(std::remainder(turn, 2.0 * std::numbers::pi)) / 0.5);
+  }
+  EXPECT_LT(fastest, 36.0 * kRadPerDeg);  // measured over other stretches than the schedule does
+}
+
 TEST(Rover, FramesGoOnWhileItTurnsOnTheSpot) {
   const RoverOptions rover = around_a_corner();
   const Trajectory trajectory = drive(Terrain(smooth_ground(), 1, plane_raster(0.0, {0.0, 0.0})), rover, Route(rover));
