@@ -50,7 +50,9 @@ void stereo_pair(benchmark::State& state) {
 BENCHMARK(stereo_pair)
     ->ArgNames({"px", "sun_deg"})
     ->ArgsProduct({{512, 1024}, {30, 5}})
-    ->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
 
 /// The surroundings of the next place, 0.5 m on: mostly nothing to do, sometimes a window of the terrain moves.
 void drive_on(benchmark::State& state) {

@@ -27,7 +27,7 @@ struct LoopOptions {
                                       ///< another, closes a loop
   double confirming_radius_m = 20.0;  ///< and at most this much
   double agreement_gate = 12.59;      ///< chi-square between two loops that agree, 95 %
-  double member_spacing_m = 1.5;      ///< path between two keyframes of a group whose loops enter the graph
+  double member_spacing_m = 0.0;      ///< path between two keyframes of a group whose loops enter the graph
   double spacing_m = 5.0;             ///< path after accepted loops without trying for others
 
   Matrix6d floor_covariance() const;

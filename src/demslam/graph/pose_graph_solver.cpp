@@ -8,8 +8,7 @@ namespace demslam {
 namespace {
 
 constexpr double kShortestBatchPath_m = 20.0;  // between two batches in the run
-// Relative decrease of the error that ends a solution. A batch in the run is followed by others.
-constexpr double kConverged = 1e-6, kNearlyConverged = 1e-4;
+constexpr double kNearlyConverged = 1e-4;      // a batch in the run is followed by others
 
 }  // namespace
 
@@ -34,14 +33,14 @@ OptimizerReport PoseGraph::State::batch(double tolerance) {
   return report;
 }
 
-OptimizerReport PoseGraph::optimize() { return state_->batch(kConverged); }
+OptimizerReport PoseGraph::optimize() { return state_->batch(State::kConverged); }
 
 OptimizerReport PoseGraph::optimize_window(std::size_t first) {
   State& s = *state_;
   s.check_tied();
   s.past.extend_to(first, s.factors, s.values);
   s.fold_until(first);
-  const OptimizerReport report = s.solve(s.options.max_iterations, kConverged);
+  const OptimizerReport report = s.solve(s.options.max_iterations);
   s.note_newest();
   return report;
 }
