@@ -121,11 +121,14 @@ TEST_F(Run, OdometryOnlyIgnoresTheDem) {
 }
 
 TEST_F(Run, CtrlCLeavesAValidRunFolder) {
-  write_text(folder_ / "stop.sh",  // at the first frame, however slow the machine is today
+  const fs::path stop = folder_ / "stop.sh";  // at the first frame, however slow the machine is today
+  write_text(stop,
              "\"$@\" & p=$!\n"
-             "while kill -0 $p 2>/dev/null && ! [ -s stopped/frames.jsonl ]; do sleep 0.01; done\n"
-             "kill -INT $p; wait $p\n");
-  const fs::path output = run("stopped", "", "sh stop.sh");
+             "while kill -0 $p 2>/dev/null && ! [ -s '" +
+                 (folder_ / "stopped/frames.jsonl").string() +
+                 "' ]; do sleep 0.01; done\n"
+                 "kill -INT $p; wait $p\n");
+  const fs::path output = run("stopped", "", "sh '" + stop.string() + "'");
   if (last_.status == 0) GTEST_SKIP() << "the run ended before the interrupt";
   EXPECT_EQ(last_.status, 130);
   const auto summary = nlohmann::json::parse(read_text(output / "summary.json"));

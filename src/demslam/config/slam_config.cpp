@@ -85,7 +85,6 @@ void loop_fields(Io& io, O& o) {
   io.field("confirming_path_m", o.confirming_path_m);
   io.field("confirming_radius_m", o.confirming_radius_m);
   io.field("agreement_gate", o.agreement_gate);
-  io.field("member_spacing_m", o.member_spacing_m);
   io.field("spacing_m", o.spacing_m);
 }
 

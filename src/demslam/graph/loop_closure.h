@@ -27,14 +27,13 @@ struct LoopOptions {
                                       ///< another, closes a loop
   double confirming_radius_m = 20.0;  ///< and at most this much
   double agreement_gate = 12.59;      ///< chi-square between two loops that agree, 95 %
-  double member_spacing_m = 0.0;      ///< path between two keyframes of a group whose loops enter the graph
   double spacing_m = 5.0;             ///< path after accepted loops without trying for others
 
   Matrix6d floor_covariance() const;
 };
 
 enum class LoopStatus {
-  accepted,      ///< one of a group that is in the graph, and on
+  accepted,      ///< in the graph, and on
   unconfirmed,   ///< plausible, waiting for other loops that agree
   not_matched,   ///< the images do not show it
   inconsistent,  ///< neither the graph nor the odometry can believe it
@@ -72,8 +71,7 @@ using AppearanceSource = std::function<std::vector<std::size_t>(std::size_t keyf
 /// Loop closure that prefers none to a false one. Old keyframes near the newest one by the present estimate and its
 /// covariance (or, where three sigma exceed the largest radius, those that look like it) are verified by their images;
 /// what is plausible waits until other keyframes' loops agree with it, pairwise, through the odometry between them.
-/// Such a group enters the graph as one loop, right or wrong as a whole, by a few of its measurements: they match the
-/// same points, and what all would add is cost. The caller optimises; every batch holds
+/// Such a group enters the graph as one loop, right or wrong as a whole. The caller optimises; every batch holds
 /// each group against all the rest of the graph and switches off what does not fit.
 class LoopClosure {
  public:
@@ -115,7 +113,6 @@ class LoopClosure {
   std::vector<std::size_t> agreeing(std::size_t first) const;
   bool is_confirmed(const PoseGraph& graph, const std::vector<std::size_t>& group) const;
   void confirm(PoseGraph& graph, std::vector<LoopResult>& changed);
-  std::vector<RelativePose> telling(const PoseGraph& graph, const std::vector<std::size_t>& group) const;
   void accept(PoseGraph& graph, const std::vector<std::size_t>& group, std::vector<LoopResult>& changed);
   void expire(const PoseGraph& graph, std::vector<LoopResult>& changed);
 

@@ -56,36 +56,18 @@ void LoopClosure::confirm(PoseGraph& graph, std::vector<LoopResult>& changed) {
   }
 }
 
-/// Of every keyframe of a group, some way apart, one measurement: preferably to an old keyframe that is a variable of
-/// the graph anyway, then the one with the most inliers.
-std::vector<RelativePose> LoopClosure::telling(const PoseGraph& graph, const std::vector<std::size_t>& group) const {
-  const auto rank = [&](const LoopResult& loop) { return std::pair(graph.is_held(loop.measurement.i), loop.inliers); };
-  std::vector<const LoopResult*> chosen;
-  for (const std::size_t n : group) {
-    const LoopResult& loop = waiting_[n].loop;
-    const std::size_t j = loop.measurement.j;
-    if (!chosen.empty() && chosen.back()->measurement.j == j) {
-      if (rank(loop) > rank(*chosen.back())) chosen.back() = &loop;
-    } else if (chosen.empty() ||
-               graph.path_m(j) - graph.path_m(chosen.back()->measurement.j) >= options_.member_spacing_m) {
-      chosen.push_back(&loop);
-    }
-  }
-  std::vector<RelativePose> measurements;
-  measurements.reserve(chosen.size());
-  for (const LoopResult* loop : chosen) measurements.push_back(loop->measurement);
-  return measurements;
-}
-
 void LoopClosure::accept(PoseGraph& graph, const std::vector<std::size_t>& group, std::vector<LoopResult>& changed) {
   Group accepted;
-  accepted.loop = graph.add_loop(telling(graph, group));
+  std::vector<RelativePose> measurements;
+  measurements.reserve(group.size());
   for (const std::size_t n : group) {
     LoopResult& loop = waiting_[n].loop;
     loop.status = LoopStatus::accepted;
     loop.reason.clear();
+    measurements.push_back(loop.measurement);
     accepted.members.push_back(loop);
   }
+  accepted.loop = graph.add_loop(std::move(measurements));
   std::erase_if(waiting_, [](const Waiting& w) { return w.loop.status == LoopStatus::accepted; });
   changed.insert(changed.end(), accepted.members.begin(), accepted.members.end());
   counters_.accepted += static_cast<int>(accepted.members.size());

@@ -189,7 +189,6 @@ void PoseGraph::move(std::size_t first, const Pose& T_correction) {
 Eigen::Vector3d PoseGraph::shared(std::uint64_t key) const { return state_->values.at<gtsam::Vector3>(key); }
 std::size_t PoseGraph::size() const { return state_->poses.size(); }
 std::size_t PoseGraph::variables() const { return state_->values.size(); }
-bool PoseGraph::is_held(std::size_t keyframe) const { return state_->held.at(keyframe); }
 std::size_t PoseGraph::batches() const { return state_->batches; }
 double PoseGraph::path_m(std::size_t keyframe) const { return state_->chain.path_m(keyframe); }
 const Pose& PoseGraph::T_map_body(std::size_t keyframe) const { return state_->poses.at(keyframe); }

@@ -101,7 +101,6 @@ class PoseGraph {
   std::size_t variables() const;  ///< keyframes that are not folded, and systematic states
   std::size_t loops() const;      ///< all that were added
   bool loop_is_on(std::size_t loop) const;
-  bool is_held(std::size_t keyframe) const;   ///< a factor beside the odometry has spoken of it: it is never folded
   std::size_t batches() const;                ///< how often everything may have moved
   double path_m(std::size_t keyframe) const;  ///< measured by odometry, since keyframe 0
   const Pose& T_map_body(std::size_t keyframe) const;
