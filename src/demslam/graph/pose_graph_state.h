@@ -47,7 +47,7 @@ struct PoseGraph::State {
 
   void add(const FactorTable::Factor& factor);
   gtsam::NonlinearFactorGraph problem() const;  ///< what the past says, and the factors of everything after it
-  static constexpr double kConverged = 1e-6;  ///< relative decrease of the error that ends a solution
+  static constexpr double kConverged = 1e-6;    ///< relative decrease of the error that ends a solution
   OptimizerReport solve(int max_iterations, double relative_tolerance = kConverged);
   OptimizerReport batch(double relative_tolerance);  ///< everything, and the loops sorted out
   void move_to(const gtsam::Values& solution);
