@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 
-#include "demslam/base/error.h"
 #include "demslam/experiment/published.h"
 #include "demslam/experiment/study_figures.h"
 #include "demslam/experiment/study_table.h"
@@ -23,19 +22,8 @@ struct Arguments {
 
 using MakeExperiment = std::function<PublishedExperiment(const Arguments&, const fs::path& configs)>;
 
-/// The presets beside the program: in the source tree, or installed.
-fs::path configs_of(const Arguments& arguments) {
-  if (!arguments.configs.empty()) return arguments.configs;
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
-  for (const fs::path& folder :
-       {program / "../share/demslam/configs", program / "../../configs", fs::path("configs")}) {
-    if (fs::is_regular_file(folder / "traverse_378m.toml")) return folder;
-  }
-  throw Error("experiment: no scene presets are found; pass --configs with demslam's configs/ folder");
-}
-
 void run(const Arguments& arguments, const MakeExperiment& make) {
-  const PublishedExperiment experiment = make(arguments, configs_of(arguments));
+  const PublishedExperiment experiment = make(arguments, scene_presets(arguments.configs));
   ProgressBar bar(experiment.study.name, "frames");
   const auto scores = run_study(experiment.study, arguments.output, bar.progress());
   write_study(experiment.study, scores, experiment.published, arguments.output);

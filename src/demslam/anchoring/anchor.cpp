@@ -61,7 +61,9 @@ DemAnchor::DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& opt
       options_(options),
       error_{options.sigma_dem_m, options.dem_correlation_m},
       p_body_ground_(p_body_ground),
-      T_body_left_(T_body_left) {
+      T_body_left_(T_body_left),
+      patch_(fitted_to(dem_->raster().cell_m, options.patch)),
+      sigma_contact_m_(relief_within(dem_->raster().cell_m, options.sigma_contact_m)) {
   if (options.filter_dem) {
     BelievedDem believed = most_probable(dem_, error_);
     dem_ = std::move(believed.dem);
@@ -140,7 +142,7 @@ void DemAnchor::anchor(PoseGraph& graph, std::size_t keyframe) {
   if (options_.height) {
     const double alike = options_.alike_errors ? alike_factors(error_, options_.spacing_m) : 1.0;
     const double sigma_dem_m = std::sqrt(alike) * dem_->sigma_m(p.x(), p.y()).value_or(error_.sigma_m);
-    const auto noise = robust(1, std::hypot(sigma_dem_m, options_.sigma_contact_m), options_.kernel_sigmas);
+    const auto noise = robust(1, std::hypot(sigma_dem_m, sigma_contact_m_), options_.kernel_sigmas);
     add_on_dem(graph,
                boost::make_shared<DemHeightFactor>(keyframe, dem_, p_body_ground_, noise, believed_slope(*ground)),
                dem_shift_key(graph));
@@ -199,7 +201,7 @@ void DemAnchor::close_stretch(PoseGraph& graph, std::size_t end) {
   for (const KeyframeLandmarks& seen : landmarks_) {
     if (seen.keyframe <= end) stretch.push_back({graph.T_map_body(seen.keyframe) * T_body_left_, &seen.points});
   }
-  const auto patch = build_patch(stretch, middle, graph.T_map_body(middle), *dem_, options_.patch);
+  const auto patch = build_patch(stretch, middle, graph.T_map_body(middle), *dem_, patch_);
   if (patch) {
     add_on_dem(graph,
                boost::make_shared<TerrainPatchFactor>(*patch, dem_, error_, options_.patch_factor,

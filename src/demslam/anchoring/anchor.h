@@ -25,7 +25,8 @@ struct AnchoringOptions {
   bool alike_errors = true;         ///< height factors within that distance share an error: each weighs less for it
   /// Tie to the most probable terrain instead of the DEM as it is, where that can be told (dem/wiener.h).
   bool filter_dem = false;
-  double sigma_contact_m = 0.15;  ///< ground inside a cell against the cell's height, added in quadrature
+  double sigma_contact_m = 0.15;  ///< ground within a cell of 5 m against the cell's height, added in quadrature; on
+                                  ///< other cells as relief_within() says
   bool normal = true;             ///< the normal factor
   double sigma_normal_deg = 4.0;  ///< the DEM's slope error and wheelbase against cell
   double kernel_sigmas = 2.5;     ///< Cauchy, of height and normal
@@ -93,6 +94,8 @@ class DemAnchor {
   Eigen::Vector3d p_body_ground_;
   Pose T_body_left_;
   AnchoringReport report_;
+  PatchOptions patch_;  ///< fitted to the DEM's cells
+  double sigma_contact_m_ = 0.0;
   std::size_t seen_ = 0, stretch_begin_ = 0;
   double path_since_anchor_m_ = 0.0, stretch_m_ = 0.0;
   std::vector<KeyframeLandmarks> landmarks_;  ///< of the open stretch and later

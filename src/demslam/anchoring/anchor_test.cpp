@@ -14,10 +14,11 @@ namespace {
 const Eigen::Vector3d kLever(0.0, 0.0, -1.0);
 
 /// Waves of 100 m length and 3 m height, 200 m square.
-DemRaster waves() {
-  DemRaster dem{.rows = 40, .cols = 40, .cell_m = 5.0, .west_m = -100.0, .north_m = 100.0};
-  for (int row = 0; row < 40; ++row) {
-    for (int col = 0; col < 40; ++col) {
+DemRaster waves(double cell_m = 5.0) {
+  const int cells = static_cast<int>(200.0 / cell_m);
+  DemRaster dem{.rows = cells, .cols = cells, .cell_m = cell_m, .west_m = -100.0, .north_m = 100.0};
+  for (int row = 0; row < cells; ++row) {
+    for (int col = 0; col < cells; ++col) {
       const Eigen::Vector2d p = dem.centre(row, col);
       dem.heights.push_back(static_cast<float>(3.0 * std::sin(p.x() * 0.0628) * std::cos(p.y() * 0.0628)));
     }
@@ -119,6 +120,28 @@ TEST(DemAnchor, AnchorsOncePerSpacingAndEachKeyframeOnce) {
   anchor.update(graph);
   EXPECT_EQ(anchor.report().height, 14);  // keyframes 0, 3, 6, ... 39
   EXPECT_EQ(anchor.report().normal, 14);
+}
+
+TEST(DemAnchor, PatchesAreAsFineAsTheDem) {
+  const auto cells_on = [](double dem_cell_m) {
+    const auto dem = std::make_shared<Dem>(waves(dem_cell_m));
+    PoseGraph graph = climbing(*dem);
+    DemAnchor anchor(dem, {.patches = true}, kLever);
+    for (std::size_t k = 0; k < graph.size(); ++k) {
+      KeyframeLandmarks seen{.keyframe = k};
+      for (int i = 0; i < 300; ++i) {
+        const Eigen::Vector2d p = graph.T_map_body(k).translation().head<2>() + Eigen::Vector2d(i % 20, i / 20);
+        const Eigen::Vector3d on_ground(p.x(), p.y(), dem->height(p.x(), p.y()).value_or(0.0));
+        seen.points.push_back({graph.T_map_body(k).inverse() * on_ground, 1e-4 * Eigen::Matrix3d::Identity()});
+      }
+      anchor.add_landmarks(std::move(seen));
+    }
+    anchor.update(graph);
+    return anchor.report().patch_cells;
+  };
+  EXPECT_GT(cells_on(5.0), 50);
+  EXPECT_GT(cells_on(1.0), 5 * cells_on(5.0));
+  EXPECT_EQ(cells_on(10.0), cells_on(5.0));
 }
 
 TEST(DemAnchor, BelievesNoSlopeBelowTheDemsOwnError) {

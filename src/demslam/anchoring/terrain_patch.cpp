@@ -88,6 +88,18 @@ std::optional<TerrainPatch> patch_over(const Dem* dem, const std::vector<PosedLa
 
 }  // namespace
 
+double relief_within(double cell_m, double in_5m_m) {
+  constexpr double kHurst = 0.76;
+  return in_5m_m * std::pow(cell_m / 5.0, kHurst);
+}
+
+PatchOptions fitted_to(double dem_cell_m, PatchOptions options) {
+  constexpr double kFinest_m = 1.0;
+  options.cell_m = std::min(options.cell_m, std::max(kFinest_m, dem_cell_m));
+  options.sigma_relief_m = relief_within(std::max(kFinest_m, dem_cell_m), options.sigma_relief_m);
+  return options;
+}
+
 std::optional<TerrainPatch> build_patch(const std::vector<PosedLandmarks>& stretch, std::size_t keyframe,
                                         const Pose& T_map_body, const Dem& dem, const PatchOptions& options) {
   return patch_over(&dem, stretch, keyframe, T_map_body, options);

@@ -36,13 +36,21 @@ struct TerrainPatch {
 
 struct PatchOptions {
   double length_m = 20.0;  ///< of path per patch
-  double cell_m = 5.0;
-  int min_points = 4;   ///< per cell
+  double cell_m = 5.0;     ///< on a finer DEM as fine as that, but no finer than a metre (fitted_to)
+  int min_points = 4;      ///< per cell
   double gate_m = 0.5;  ///< a point stays within gate_m + gate_sigmas * sigma of its cell's median: rocks, mismatches
   double gate_sigmas = 3.0;
-  double sigma_relief_m = 0.15;  ///< ground within a cell against the cell's height
+  double sigma_relief_m = 0.15;  ///< ground within a DEM's cell of 5 m against the cell's height
   int min_cells = 5;             ///< a smaller patch is not worth a factor
 };
+
+/// Ground within a cell against the cell's height, from what it is in cells of 5 m. Relief is self-affine; the exponent
+/// is the maria's (0.76; highlands 0.95: Rosenburg et al., Global surface slopes and roughness of the Moon, JGR 116,
+/// 2011).
+double relief_within(double cell_m, double in_5m_m);
+
+/// The options for a DEM of such cells.
+PatchOptions fitted_to(double dem_cell_m, PatchOptions options);
 
 /// A keyframe's landmarks with its pose at the present estimate.
 struct PosedLandmarks {

@@ -53,6 +53,18 @@ TEST(TerrainPatch, CellsLieOnTheTerrainTheyWereSeenOn) {
   }
 }
 
+TEST(TerrainPatch, IsAsFineAsTheDemButNoFinerThanAMetre) {
+  const PatchOptions asked;
+  EXPECT_EQ(fitted_to(5.0, asked).cell_m, 5.0);
+  EXPECT_EQ(fitted_to(20.0, asked).cell_m, 5.0);
+  EXPECT_EQ(fitted_to(2.0, asked).cell_m, 2.0);
+  EXPECT_EQ(fitted_to(0.25, asked).cell_m, 1.0);
+  EXPECT_EQ(fitted_to(5.0, asked).sigma_relief_m, asked.sigma_relief_m);
+  EXPECT_GT(fitted_to(20.0, asked).sigma_relief_m, 2.0 * asked.sigma_relief_m);
+  EXPECT_NEAR(fitted_to(1.0, asked).sigma_relief_m, 0.044, 0.001);  // 0.15 / 5^0.76
+  EXPECT_EQ(fitted_to(0.25, asked).sigma_relief_m, fitted_to(1.0, asked).sigma_relief_m);
+}
+
 TEST(TerrainPatch, RocksAndMismatchesAreLeftOut) {
   const auto dem = rough();
   const auto clean = patch_of(*dem, landmarks(*dem, 800)), with_rocks = patch_of(*dem, landmarks(*dem, 800, 8));

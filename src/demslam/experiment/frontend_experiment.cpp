@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <numbers>
 
+#include "demslam/base/time.h"
 #include "demslam/experiment/spread.h"
 #include "demslam/odometry/motion.h"
 #include "demslam/odometry/stereo_geometry.h"
@@ -15,15 +15,6 @@ namespace {
 
 constexpr double kRight_px = 3.0, kRow_px = 1.5, kSky_m = 1000.0;
 constexpr double kFailed = std::numeric_limits<double>::infinity();
-
-/// Processor time of all threads: readable on a busy machine, too.
-class CpuWatch {
- public:
-  double elapsed_ms() const { return 1000.0 * static_cast<double>(std::clock() - start_) / CLOCKS_PER_SEC; }
-
- private:
-  std::clock_t start_ = std::clock();
-};
 
 /// What one front-end has done so far on one group.
 struct Tally {
@@ -81,10 +72,10 @@ void judge_motion(Tally& tally, const std::optional<Pose>& truth_T_a_b, const Mo
 
 /// One front-end on one pair.
 void tally_pair(Tally& tally, Frontend& frontend, const ViewPair& pair) {
-  const CpuWatch extracting;
+  const CpuStopwatch extracting;
   Features left_a = frontend.extractor->extract(pair.left_a), left_b = frontend.extractor->extract(pair.left_b);
   tally.extract_ms += extracting.elapsed_ms() / 2.0;
-  const CpuWatch matching;
+  const CpuStopwatch matching;
   const std::vector<Match> matches = frontend.matcher->match(left_a, left_b);
   tally.match_ms += matching.elapsed_ms();
   const Features right_a = frontend.extractor->extract(pair.right_a);

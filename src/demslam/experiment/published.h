@@ -31,7 +31,8 @@ struct ExperimentExtent {
 
 // Scenes come from the preset files in `configs` (the repository's configs/ folder, or the installed one).
 
-/// Table 1: nine LuSNAR-like scenes, odometry, published factors, everything.
+/// Table 1: nine LuSNAR-like scenes, odometry, published factors, everything; on an orbital product, and on the map
+/// that the rover's LiDAR gathers, as published.
 PublishedExperiment lusnar_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent);
 /// The loop of 1.03 km around a crater rim: loop closure at its end alone, and with the DEM.
 PublishedExperiment crater_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent);
@@ -41,7 +42,9 @@ PublishedExperiment traverse_experiment(const std::filesystem::path& configs, co
 PublishedExperiment longrange_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent);
 /// Table 2: 378 m, with the DEM's noise, bias and shift.
 PublishedExperiment uncertainty_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent);
-/// Highland, crater rim and mare, and a real elevation map where `nac` names one: every kind of anchoring.
+/// Three drives of 300 m: highland, crater rim, mare.
+std::vector<StudyDrive> short_drives(const std::filesystem::path& configs, const ExperimentExtent& extent);
+/// These, and one on a real elevation map where `nac` names one: every kind of anchoring.
 PublishedExperiment anchoring_experiment(const std::filesystem::path& configs, const ExperimentExtent& extent,
                                          const std::filesystem::path& nac);
 

@@ -12,6 +12,7 @@
 #include "demslam/evaluation/runs.h"
 #include "demslam/sim/rendered_sequence.h"
 #include "demslam/sim/simulate.h"
+#include "demslam/sim/surveyed_ground.h"
 #include "demslam/slam/replay.h"
 #include "demslam/slam/run.h"
 #include "demslam/slam/summary.h"
@@ -70,19 +71,39 @@ class StudyCase {
   }
 
   void solve(const StudyVariant& variant) const {
-    ReplayInputs inputs{.run = recording(), .output = folder_ / variant.name, .config_toml = to_toml(variant.options)};
-    if (variant.dem)
-      inputs.dem = perturbed_dem(variant);
-    else
-      inputs.dem = data() / "dem.tif";
-    replay(inputs, variant.options);
+    replay({.run = recording(),
+            .dem = dem_of(variant),
+            .output = folder_ / variant.name,
+            .config_toml = to_toml(variant.options)},
+           variant.options);
+  }
+
+  fs::path dem_of(const StudyVariant& variant) const {
+    switch (variant.dem) {
+      case StudyDem::ground:
+        return perturbed_dem(variant);
+      case StudyDem::lidar:
+        return lidar_dem();
+      case StudyDem::orbital:
+        break;
+    }
+    return data() / "dem.tif";
   }
 
   fs::path perturbed_dem(const StudyVariant& variant) const {
-    Perturbation perturbation = *variant.dem;
-    perturbation.noise_m.seed = seed_;
+    Perturbation errors = variant.errors;
+    errors.noise_m.seed = seed_;
     const fs::path file = folder_ / ("dem_" + variant.name + ".tif");
-    write_dem(file, perturb(read_dem(data() / "truth" / "dem_truth.tif"), perturbation));
+    write_dem(file, perturb(read_dem(data() / "truth" / "dem_truth.tif"), errors));
+    return file;
+  }
+
+  fs::path lidar_dem() const {
+    constexpr double kScanSpacing_m = 4.0;
+    const fs::path file = folder_ / "dem_lidar.tif";
+    if (fs::exists(file)) return file;
+    Mission mission(read_scene(data() / "scene.toml"));
+    write_dem(file, surveyed_ground(mission, kScanSpacing_m, {.cell_m = 1.0}).heights);
     return file;
   }
 

@@ -20,12 +20,19 @@ struct StudyDrive {
   SceneOptions scene;
 };
 
+/// The map that a variant is given.
+enum class StudyDem {
+  orbital,  ///< the scene's own product
+  ground,   ///< the true ground, averaged over the DEM's cells, with the errors the variant says
+  lidar     ///< cells of a metre, gathered by the rover's LiDAR at its true poses (sim/surveyed_ground.h)
+};
+
 /// One way to solve the same images.
 struct StudyVariant {
   std::string name;  ///< of its run folder and its row
   SlamOptions options;
-  /// Errors put on the true ground, averaged over the DEM's cells; without: the scene's own orbital product.
-  std::optional<Perturbation> dem;
+  StudyDem dem = StudyDem::orbital;
+  Perturbation errors = {};  ///< of StudyDem::ground
 };
 
 /// Drives with images, each solved by every variant. The odometry runs once per drive, with the first variant's

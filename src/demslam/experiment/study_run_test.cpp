@@ -28,7 +28,10 @@ Study short_study() {
   return {.name = "short",
           .title = "A short drive",
           .drives = {{"hills", scene}},
-          .variants = {{"odometry", odometry}, {"anchored", {}}, {"biased", {}, Perturbation{.bias_m = 0.1}}}};
+          .variants = {{"odometry", odometry},
+                       {"anchored", {}},
+                       {"biased", {}, StudyDem::ground, {.bias_m = 0.1}},
+                       {"lidar", {}, StudyDem::lidar}}};
 }
 
 class RunStudy : public testing::Test {
@@ -45,7 +48,7 @@ class RunStudy : public testing::Test {
 TEST_F(RunStudy, ScoresEveryVariantOnTheSameOdometryAndDrawsThem) {
   const Study study = short_study();
   const std::vector<StudyScore> scores = run_study(study, out_, {});
-  ASSERT_EQ(scores.size(), 3U);
+  ASSERT_EQ(scores.size(), 4U);
   for (const StudyScore& score : scores) {
     EXPECT_DOUBLE_EQ(score.completion, 1.0) << score.variant;
     EXPECT_NEAR(score.path_m, 4.0, 0.5) << score.variant;
@@ -53,6 +56,7 @@ TEST_F(RunStudy, ScoresEveryVariantOnTheSameOdometryAndDrawsThem) {
   }
   EXPECT_NE(scores[0].ate_m, scores[1].ate_m);
   EXPECT_NE(scores[1].ate_m, scores[2].ate_m);  // another DEM
+  EXPECT_NE(scores[1].ate_m, scores[3].ate_m);
   write_study_figures(study, out_);
   EXPECT_TRUE(fs::exists(out_ / "hills_map.png"));
   EXPECT_THAT(read_text(out_ / "hills_error.svg"), testing::AllOf(HasSubstr("odometry"), HasSubstr("biased")));

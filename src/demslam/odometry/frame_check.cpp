@@ -1,6 +1,7 @@
 #include "demslam/odometry/frame_check.h"
 
 #include <array>
+#include <utility>
 
 namespace demslam {
 namespace {
@@ -33,19 +34,20 @@ std::string problem_of(const Image& image, int width, int height) {
 
 }  // namespace
 
-std::string FrameCheck::problem(const Image& left, const Image& right) {
-  for (const Image* image : {&left, &right}) {
-    std::string problem = problem_of(*image, width_, height_);
-    if (!problem.empty()) return problem;
-  }
-  if (left.pixels == last_left_.pixels || right.pixels == last_right_.pixels) return "frozen frame";
-  remember(left, right);
-  return {};
+std::string problem_of(const Image& left, const Image& right, int width, int height) {
+  const std::string problem = problem_of(left, width, height);
+  return problem.empty() ? problem_of(right, width, height) : problem;
 }
 
-void FrameCheck::remember(const Image& left, const Image& right) {
-  last_left_ = left;
-  last_right_ = right;
+bool FrozenCheck::is_frozen(const std::shared_ptr<const Image>& left, const std::shared_ptr<const Image>& right) {
+  if (last_left_ && (left->pixels == last_left_->pixels || right->pixels == last_right_->pixels)) return true;
+  remember(left, right);
+  return false;
+}
+
+void FrozenCheck::remember(std::shared_ptr<const Image> left, std::shared_ptr<const Image> right) {
+  last_left_ = std::move(left);
+  last_right_ = std::move(right);
 }
 
 }  // namespace demslam

@@ -1,24 +1,26 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "demslam/image/image.h"
 
 namespace demslam {
 
-/// Tells frames that cannot be tracked before any work is spent on them. Remembers the previous pair.
-class FrameCheck {
- public:
-  FrameCheck(int width, int height) : width_(width), height_(height) {}
+/// Tells pairs that show nothing before any work is spent on them: "empty frame", "frame of another size", "dark
+/// frame", "saturated frame", or nothing if the pair is usable.
+std::string problem_of(const Image& left, const Image& right, int width, int height);
 
-  /// "empty frame", "wrong size", "dark frame", "saturated frame", "frozen frame", or nothing if the pair is usable.
-  std::string problem(const Image& left, const Image& right);
+/// Tells a camera that repeats itself.
+class FrozenCheck {
+ public:
+  /// Whether either image is the one of the usable pair before; if not, this pair is remembered.
+  bool is_frozen(const std::shared_ptr<const Image>& left, const std::shared_ptr<const Image>& right);
   /// The previous usable pair, after a restart.
-  void remember(const Image& left, const Image& right);
+  void remember(std::shared_ptr<const Image> left, std::shared_ptr<const Image> right);
 
  private:
-  int width_, height_;
-  Image last_left_, last_right_;
+  std::shared_ptr<const Image> last_left_, last_right_;
 };
 
 }  // namespace demslam

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <optional>
 
-#include "demslam/odometry/direct_match.h"
 #include "demslam/odometry/frame_check.h"
 #include "demslam/odometry/guided_match.h"
 #include "demslam/odometry/window.h"
@@ -84,14 +83,13 @@ struct StereoOdometry::State {
       : rig(rectified_rig),
         frontend(std::move(both)),
         options(all),
-        frame_check(rig.width, rig.height),
         dead_reckoning(options.lost, rig.T_body_left),
         window(rig, options.motion, options.window_keyframes) {}
 
   RectifiedRig rig;
   Frontend frontend;
   OdometryOptions options;
-  FrameCheck frame_check;
+  FrozenCheck frozen_check;
   DeadReckoning dead_reckoning;
   Window window;  // only kept up with OdometryMethod::window
 
@@ -114,8 +112,8 @@ struct StereoOdometry::State {
   };
   std::optional<Anchor> before_loss;  // what to come back to after a loss
 
-  void look(const Image& left, const Image& right, OdometryResult& result);
-  StereoView observe(TimestampNs t_ns, ImagePair pair, OdometryTimings& timings) const;
+  Observation observe(TimestampNs t_ns, ImagePair pair) const;
+  void look_at(Observation observation, OdometryResult& result);
   bool track(OdometryResult& result);
   bool track_against(const View& view, OdometryResult& result);
   Motion search_near(const View& view, const Pose& guess, const Motion& failed) const;
@@ -136,27 +134,39 @@ struct StereoOdometry::State {
 };
 
 /// Extracts the left image's features and finds their disparities.
-StereoView StereoOdometry::State::observe(TimestampNs t_ns, ImagePair pair, OdometryTimings& timings) const {
+Observation StereoOdometry::State::observe(TimestampNs t_ns, ImagePair pair) const {
+  Observation observation{.view = {.features = std::make_shared<StereoFeatures>(), .t_ns = t_ns},
+                          .problem = problem_of(pair.left, pair.right, rig.width, rig.height)};
+  if (!observation.problem.empty()) return observation;
   const Stopwatch extract;
   Features features = frontend.extractor->extract(pair.left);
-  timings.extract_ms = extract.elapsed_ms();
+  observation.timings.extract_ms = extract.elapsed_ms();
   const Stopwatch stereo;
-  auto observed =
-      std::make_shared<StereoFeatures>(match_stereo(rig, std::move(features), pair.left, pair.right, options.motion));
-  timings.stereo_ms = stereo.elapsed_ms();
-  return {.features = observed,
-          .left = std::make_shared<Image>(std::move(pair.left)),
-          .right = std::make_shared<Image>(std::move(pair.right)),
-          .t_ns = t_ns};
+  observation.view = {.features = std::make_shared<StereoFeatures>(
+                          match_stereo(rig, std::move(features), pair.left, pair.right, options.motion)),
+                      .left = std::make_shared<Image>(std::move(pair.left)),
+                      .right = std::make_shared<Image>(std::move(pair.right)),
+                      .t_ns = t_ns};
+  observation.timings.stereo_ms = stereo.elapsed_ms();
+  return observation;
 }
 
-void StereoOdometry::State::look(const Image& left, const Image& right, OdometryResult& result) {
+/// Makes it the frame in work, if it shows anything.
+void StereoOdometry::State::look_at(Observation observation, OdometryResult& result) {
+  result.timings = observation.timings;
+  result.reason = std::move(observation.problem);
+  if (result.reason.empty() && frozen_check.is_frozen(observation.view.left, observation.view.right))
+    result.reason = "frozen frame";
+  if (!result.reason.empty()) {
+    current = {.features = result.features, .t_ns = result.t_ns};
+    return;
+  }
   last_usable_ns = result.t_ns;
-  current = observe(result.t_ns, {left, right}, result.timings);
-  const StereoFeatures& seen = *current.features;
+  current = std::move(observation.view);
   result.features = current.features;
-  result.keypoints = static_cast<int>(seen.left.size());
-  result.stereo_points = static_cast<int>(std::ranges::count_if(seen.disparity_px, [](float d) { return d > 0; }));
+  result.keypoints = static_cast<int>(current.features->left.size());
+  result.stereo_points =
+      static_cast<int>(std::ranges::count_if(current.features->disparity_px, [](float d) { return d > 0; }));
 }
 
 /// Tries what the frame may still share a view with: what was seen before a loss; the last frame, which is nearest; the
@@ -335,9 +345,8 @@ void StereoOdometry::State::restore_views(const PairSource& pair_at) {
   const auto restore = [&](StereoView& view) {
     if (!seen.contains(view.t_ns)) {
       const auto nothing = std::make_shared<StereoFeatures>();
-      OdometryTimings untimed;
-      seen[view.t_ns] = view.left ? observe(view.t_ns, pair_at(view.t_ns), untimed)
-                                  : StereoView{.features = nothing, .t_ns = view.t_ns};
+      seen[view.t_ns] =
+          view.left ? observe(view.t_ns, pair_at(view.t_ns)).view : StereoView{.features = nothing, .t_ns = view.t_ns};
     }
     view = seen.at(view.t_ns);
   };
@@ -355,12 +364,14 @@ StereoOdometry::StereoOdometry(const RectifiedRig& rig, Frontend frontend, const
 
 StereoOdometry::~StereoOdometry() = default;
 
-OdometryResult StereoOdometry::process(TimestampNs t_ns, const Image& left, const Image& right) {
+Observation StereoOdometry::observe(TimestampNs t_ns, Image left, Image right) const {
+  return state_->observe(t_ns, {std::move(left), std::move(right)});
+}
+
+OdometryResult StereoOdometry::process(Observation observation) {
   State& state = *state_;
-  OdometryResult result{.t_ns = t_ns, .features = std::make_shared<StereoFeatures>()};
-  result.reason = state.frame_check.problem(left, right);
-  state.current = {.features = result.features, .t_ns = t_ns};
-  if (result.reason.empty()) state.look(left, right, result);
+  OdometryResult result{.t_ns = observation.view.t_ns, .features = std::make_shared<StereoFeatures>()};
+  state.look_at(std::move(observation), result);
   if (state.keyframes == 0) {
     state.add_keyframe(result);
     return result;
@@ -390,8 +401,9 @@ void StereoOdometry::restore(std::string_view saved, const PairSource& pair_at) 
   state_->archive(io);
   state_->restore_views(pair_at);
   if (!state_->last_usable_ns) return;
-  const ImagePair pair = pair_at(*state_->last_usable_ns);
-  state_->frame_check.remember(pair.left, pair.right);
+  ImagePair pair = pair_at(*state_->last_usable_ns);
+  state_->frozen_check.remember(std::make_shared<Image>(std::move(pair.left)),
+                                std::make_shared<Image>(std::move(pair.right)));
 }
 
 std::shared_ptr<const StereoFeatures> StereoOdometry::keyframe_features() const {

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "demslam/base/time.h"
@@ -11,6 +12,7 @@
 #include "demslam/geometry/pose.h"
 #include "demslam/image/image.h"
 #include "demslam/odometry/dead_reckoning.h"
+#include "demslam/odometry/direct_match.h"
 #include "demslam/odometry/motion.h"
 
 namespace demslam {
@@ -58,6 +60,13 @@ struct OdometryResult {
 std::string to_string(Tracking status);
 std::string to_string(OdometryMethod method);
 
+/// What a pair shows by itself: all the work on a frame that no other frame is needed for.
+struct Observation {
+  StereoView view;      ///< neither features nor images where there is a problem
+  std::string problem;  ///< why the pair shows nothing ("dark frame"); empty: usable
+  OdometryTimings timings;
+};
+
 /// Rectified.
 struct ImagePair {
   Image left, right;
@@ -75,8 +84,13 @@ class StereoOdometry {
   StereoOdometry(const RectifiedRig& rig, Frontend frontend, const OdometryOptions& options);
   ~StereoOdometry();
 
-  /// Pairs in increasing time.
-  OdometryResult process(TimestampNs t_ns, const Image& left, const Image& right);
+  /// May run beside process() of earlier pairs, in one other thread.
+  Observation observe(TimestampNs t_ns, Image left, Image right) const;
+  /// Observations in increasing time.
+  OdometryResult process(Observation observation);
+  OdometryResult process(TimestampNs t_ns, Image left, Image right) {
+    return process(observe(t_ns, std::move(left), std::move(right)));
+  }
 
   /// What bridges bad frames better than the last velocity.
   void set_sensors(MotionSensors sensors);

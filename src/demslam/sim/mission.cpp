@@ -82,13 +82,17 @@ SimulatedFrame Mission::frame(std::size_t index) {
   expose(scene_, look(stamped, rig_.right, rig_.T_left_right, false), grey_per_radiance,
          {noise_key(stamped.t_ns, 1), 1}, frame.right, frame.right_16);
   if (output.labels) frame.labels = label_image(seen, rig_.left, T_map_left(stamped), terrain_);
-  if (output.lidar) {
-    const Lidar lidar;
-    frame.lidar = lidar.scan(renderer_, terrain_, stamped.pose * lidar.T_body_lidar, noise_key(stamped.t_ns, 2));
-  }
+  if (output.lidar) frame.lidar = lidar_text(scan(index));
   if (output.depth) frame.depth_m = std::move(seen.depth_m);
   frame.normals = std::move(seen.normal);
   return frame;
+}
+
+std::vector<LidarPoint> Mission::scan(std::size_t index) {
+  static const Lidar lidar;
+  const StampedPose& stamped = trajectory_.at(index);
+  go_to(stamped);
+  return lidar.scan(renderer_, terrain_, stamped.pose * lidar.T_body_lidar, noise_key(stamped.t_ns, 2));
 }
 
 double Mission::exposure(std::size_t index) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "demslam/dataset/sensors.h"
 #include "demslam/geometry/camera.h"
 #include "demslam/geometry/trajectory.h"
 #include "demslam/sim/dataset_writer.h"
@@ -35,6 +36,8 @@ class Mission {
 
   /// Everything that the scene's [output] asks for. One caller at a time.
   SimulatedFrame frame(std::size_t index);
+  /// The LiDAR's scan at a frame, whether [output] asks for it or not. One caller at a time.
+  std::vector<LidarPoint> scan(std::size_t index);
   /// Grey value per unit of I/F: the scene's own, or what suits the first frame, or, with a memory, the frames up to
   /// this one.
   double exposure(std::size_t index = 0);

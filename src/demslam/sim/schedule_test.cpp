@@ -91,7 +91,7 @@ TEST(Rover, SixWheelsStandOnAPlaneAsFourDo) {
 
 TEST(Wheels, SlipUphill) {
   const double climb = 10.0 * kRadPerDeg;
-  const Motion up = [&](double t) {
+  const PoseAtTime up = [&](double t) {
     return Pose(rotation_from_rpy(0.0, -climb, 0.0), Eigen::Vector3d(std::cos(climb) * t, 0.0, std::sin(climb) * t));
   };
   RoverOptions rover;

@@ -40,7 +40,7 @@ Inertial inertial(const Pose& before, const Pose& now, const Pose& after) {
 }
 
 /// The poses of the IMU's samples `first` to `last`, inclusive, on all cores.
-std::vector<Pose> sampled(const Motion& motion, std::int64_t first, std::int64_t last) {
+std::vector<Pose> sampled(const PoseAtTime& motion, std::int64_t first, std::int64_t last) {
   std::vector<Pose> poses(static_cast<std::size_t>(last - first + 1));
   tbb::parallel_for(first, last + 1, [&](std::int64_t i) {
     poses[static_cast<std::size_t>(i - first)] = motion(static_cast<double>(i) / kImuRate);
@@ -86,7 +86,7 @@ ImuBias imu_bias(std::uint64_t seed) {
   return {gyro, normal3(random, 2e-3)};
 }
 
-std::string imu_text(const Motion& motion, TimestampNs first_ns, double duration_s, std::uint64_t seed) {
+std::string imu_text(const PoseAtTime& motion, TimestampNs first_ns, double duration_s, std::uint64_t seed) {
   const ImuBias bias = imu_bias(seed);
   const double root_rate = std::sqrt(kImuRate);
   Random random(seed, 0x696d7532);
@@ -113,7 +113,7 @@ std::string imu_text(const Motion& motion, TimestampNs first_ns, double duration
   return text;
 }
 
-std::string wheels_text(const Motion& motion, TimestampNs first_ns, double duration_s, const RoverOptions& rover,
+std::string wheels_text(const PoseAtTime& motion, TimestampNs first_ns, double duration_s, const RoverOptions& rover,
                         std::uint64_t seed) {
   Random random(seed, 0x776865656c);
   std::string text = "#timestamp [ns], left [m], right [m]\n";
@@ -159,19 +159,27 @@ Lidar::Lidar() : T_body_lidar(Eigen::Quaterniond::Identity(), Eigen::Vector3d(1.
   }
 }
 
-std::string Lidar::scan(const Renderer& renderer, const Terrain& terrain, const Pose& T_map_lidar,
-                        std::uint64_t seed) const {
+std::vector<LidarPoint> Lidar::scan(const Renderer& renderer, const Terrain& terrain, const Pose& T_map_lidar,
+                                    std::uint64_t seed) const {
+  constexpr int kRegolith = -1, kCrater = 0, kRock = 174;
   const std::vector<RangeReturn> returns = renderer.cast(T_map_lidar, directions);
   const CraterMap craters(terrain, T_map_lidar.translation().head<2>(), kRangeM);
   Random random(seed);
-  std::string text;
+  std::vector<LidarPoint> points;
   for (std::size_t i = 0; i < returns.size(); ++i) {
     if (!(returns[i].range <= kRangeM)) continue;
     const Eigen::Vector3d p = (returns[i].range + kNoiseM * random.normal()) * directions[i], p_map = T_map_lidar * p;
-    const int ground = craters.inside(p_map.x(), p_map.y()) ? 0 : -1;
+    const int ground = craters.inside(p_map.x(), p_map.y()) ? kCrater : kRegolith;
+    points.push_back({p, returns[i].surface == Surface::rock ? kRock : ground});
+  }
+  return points;
+}
+
+std::string lidar_text(const std::vector<LidarPoint>& scan) {
+  std::string text;
+  for (const auto& [p, category] : scan) {
     char line[80];
-    std::snprintf(line, sizeof line, "%.4f,%.4f,%.4f,%d\n", p.x(), p.y(), p.z(),
-                  returns[i].surface == Surface::rock ? 174 : ground);
+    std::snprintf(line, sizeof line, "%.4f,%.4f,%.4f,%d\n", p.x(), p.y(), p.z(), category);
     text += line;
   }
   return text;

@@ -47,7 +47,9 @@ TEST(Lens, DistortionAndItsInverseAgree) {
 }
 
 TEST(Imu, AtRestFeelsGravityAndItsBias) {
-  const Motion still = [](double) { return Pose(rotation_from_rpy(0.0, 0.2, 0.0), Eigen::Vector3d(1.0, 2.0, 3.0)); };
+  const PoseAtTime still = [](double) {
+    return Pose(rotation_from_rpy(0.0, 0.2, 0.0), Eigen::Vector3d(1.0, 2.0, 3.0));
+  };
   const auto rows = table(imu_text(still, 5, 60.0, 8));
   ASSERT_EQ(rows.size(), 6001U);
   const ImuBias bias = imu_bias(8);
@@ -58,7 +60,7 @@ TEST(Imu, AtRestFeelsGravityAndItsBias) {
 
 TEST(Imu, FeelsATurnAndItsCentripetalPull) {
   const double radius = 4.0, rate = 0.3;
-  const Motion circle = [&](double t) {
+  const PoseAtTime circle = [&](double t) {
     return Pose(rotation_from_rpy(0.0, 0.0, rate * t),
                 Eigen::Vector3d(radius * std::sin(rate * t), radius * (1.0 - std::cos(rate * t)), 0.0));
   };
@@ -85,7 +87,7 @@ TEST(SunSensor, SeesTheSunWhereItStandsWithinItsNoise) {
 }
 
 TEST(Wheels, MeasureTheWayOfEachSide) {
-  const Motion arc = [](double t) {  // radius 10 m to the left, 1 m/s
+  const PoseAtTime arc = [](double t) {  // radius 10 m to the left, 1 m/s
     return Pose(rotation_from_rpy(0.0, 0.0, 0.1 * t),
                 Eigen::Vector3d(10.0 * std::sin(0.1 * t), 10.0 * (1.0 - std::cos(0.1 * t)), 0.0));
   };
@@ -116,7 +118,7 @@ TEST(Lidar, SeesThePlaneAndTheRock) {
   const Yard yard;
   const Lidar lidar;
   const Pose T_map_lidar = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.0, 0.0, 3.0)) * lidar.T_body_lidar;
-  const auto rows = table(lidar.scan(yard.renderer, yard.terrain, T_map_lidar, 4));
+  const auto rows = table(lidar_text(lidar.scan(yard.renderer, yard.terrain, T_map_lidar, 4)));
   ASSERT_GT(rows.size(), 20000U);
   int rocks = 0;
   for (const auto& row : rows) {

@@ -31,7 +31,7 @@ StartPose believed_start(const StartOptions& start, const Pose& T_map_body) {
 
 void write_motion_sensors(const Mission& mission, const DatasetWriter& writer) {
   const SceneOptions& scene = mission.scene();
-  const Motion motion = [&](double time_s) { return mission.at(time_s); };
+  const PoseAtTime motion = [&](double time_s) { return mission.at(time_s); };
   const TimestampNs first = mission.trajectory().front().t_ns;
   const double duration = mission.duration_s();
   if (scene.output.imu) writer.write_text("imu.txt", imu_text(motion, first, duration, scene.seed));

@@ -17,40 +17,35 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct RectifiedFrame {
-  TimestampNs t_ns = 0;
-  Image left, right;
-};
-
-RectifiedFrame load(const StereoSequence& sequence, const Rectifier& rectifier, std::size_t index) {
+ImagePair load(const StereoSequence& sequence, const Rectifier& rectifier, std::size_t index) {
   const StereoFrame raw = sequence.frame(index);
-  return {raw.t_ns, rectifier.left(raw.left), rectifier.right(raw.right)};
+  return {rectifier.left(raw.left), rectifier.right(raw.right)};
 }
 
-/// Reads and rectifies the next frame while the present one is being worked on.
-class Prefetch {
+/// Reads, rectifies and observes the next frame while the present one is being tracked.
+class Lookahead {
  public:
-  Prefetch(const StereoSequence& sequence, const Rectifier& rectifier, std::size_t first, std::size_t end)
-      : sequence_(sequence), rectifier_(rectifier), next_(first), end_(end) {
+  using Observe = std::function<Observation(std::size_t index)>;
+  Lookahead(Observe observe, std::size_t first, std::size_t end)
+      : observe_(std::move(observe)), next_(first), end_(end) {
     start();
   }
-  RectifiedFrame take() {
-    RectifiedFrame frame = pending_.get();
+  Observation take() {
+    Observation observation = pending_.get();
     start();
-    return frame;
+    return observation;
   }
 
  private:
   void start() {
     if (next_ >= end_) return;
-    pending_ = std::async(std::launch::async, [this, index = next_] { return load(sequence_, rectifier_, index); });
+    pending_ = std::async(std::launch::async, [this, index = next_] { return observe_(index); });
     ++next_;
   }
 
-  const StereoSequence& sequence_;
-  const Rectifier& rectifier_;
+  Observe observe_;
   std::size_t next_, end_;
-  std::future<RectifiedFrame> pending_;
+  std::future<Observation> pending_;
 };
 
 std::optional<fs::path> chosen_dem(const RunInputs& inputs, const StereoSequence& sequence,
@@ -109,8 +104,7 @@ PairSource pair_source(const StereoSequence& sequence, const Rectifier& rectifie
     const auto indices = std::views::iota(std::size_t(0), sequence.size());
     const auto index =
         *std::ranges::lower_bound(indices, t_ns, {}, [&](std::size_t i) { return sequence.stamp_ns(i); });
-    RectifiedFrame frame = load(sequence, rectifier, index);
-    return {std::move(frame.left), std::move(frame.right)};
+    return load(sequence, rectifier, index);
   };
 }
 
@@ -200,10 +194,13 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
   };
 
   try {
-    Prefetch prefetch(*sequence, rectifier, first, end);
+    const auto observe = [&](std::size_t index) {
+      ImagePair pair = load(*sequence, rectifier, index);
+      return slam.odometry().observe(sequence->stamp_ns(index), std::move(pair.left), std::move(pair.right));
+    };
+    Lookahead lookahead(observe, first, end);
     for (std::size_t index = first; index < end && !report.interrupted; ++index) {
-      const RectifiedFrame frame = prefetch.take();
-      FrameRecord record = slam.process(frame.t_ns, frame.left, frame.right);
+      FrameRecord record = slam.process(lookahead.take());
       record.index = index;
       store(record, recorder);
       folder.append(record);

@@ -9,10 +9,11 @@ Slam::Slam(const RectifiedRig& rig, Frontend frontend, std::shared_ptr<const Dem
     : odometry_(rig, std::move(frontend), options.odometry),
       backend_(rig, odometry_.matcher(), std::move(dem), start, options, std::move(stored)) {}
 
-FrameRecord Slam::process(TimestampNs t_ns, const Image& left, const Image& right) {
+FrameRecord Slam::process(Observation observation) {
   const Stopwatch total;
-  FrameRecord record = backend_.add(odometry_.process(t_ns, left, right));
-  record.total_ms = total.elapsed_ms();
+  const double observed_ms = observation.timings.extract_ms + observation.timings.stereo_ms;
+  FrameRecord record = backend_.add(odometry_.process(std::move(observation)));
+  record.total_ms = observed_ms + total.elapsed_ms();
   return record;
 }
 

@@ -13,8 +13,8 @@ class Slam {
   Slam(const RectifiedRig& rig, Frontend frontend, std::shared_ptr<const Dem> dem, const StartPrior& start,
        const SlamOptions& options, FeatureSource stored = {});
 
-  /// Rectified pairs in increasing time.
-  FrameRecord process(TimestampNs t_ns, const Image& left, const Image& right);
+  /// Observations of odometry() in increasing time.
+  FrameRecord process(Observation observation);
   /// The last batch optimisation and everything estimated so far.
   SlamResult finish() { return backend_.finish(); }
 

@@ -1,0 +1,54 @@
+#include <filesystem>
+#include <memory>
+
+#include "demslam/experiment/drift_experiment.h"
+#include "demslam/experiment/published.h"
+#include "experiments.h"
+#include "progress_bar.h"
+
+namespace demslam::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  fs::path output, configs, xfeat, lighterglue;
+  int points = 1024;
+  ExperimentExtent extent;
+  DriftExperiment experiment;
+};
+
+void run(Arguments a) {
+  a.experiment.frontends = compared_frontends(a.points, a.xfeat, a.lighterglue);
+  a.experiment.drives = short_drives(scene_presets(a.configs), a.extent);
+  a.experiment.seeds.clear();
+  for (int seed = 1; seed <= a.extent.seeds; ++seed) a.experiment.seeds.push_back(static_cast<std::uint64_t>(seed));
+  ProgressBar bar("drift", "frames");
+  const std::vector<DriftRow> rows = drift_experiment(a.experiment, a.output, bar.progress());
+  write_experiment(a.output, "drift", drift_table(rows), drift_json(rows));
+}
+
+}  // namespace
+
+void add_drift_experiment(CLI::App& experiments) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command = experiments.add_subcommand(
+      "drift",
+      "odometry alone, frame to frame and windowed, with every front-end: three drives of 300 m, real sequences");
+  command->add_option("-o,--output", a->output, "folder for runs and tables; goes on where it stopped")->required();
+  command->add_flag("--quick", a->extent.quick, "40 m of small images per drive");
+  command->add_option("--seeds", a->extent.seeds, "worlds per drive")->check(CLI::PositiveNumber);
+  command->add_option("--frame-spacing-m", a->extent.frame_spacing_m, "distance between frames; default: the preset's");
+  command->add_option("--size-px", a->extent.size_px, "width and height of the images; default: the preset's");
+  command->add_option("--points", a->points, "keypoints per image, at most")->check(CLI::PositiveNumber);
+  command->add_option("--xfeat", a->xfeat, "XFeat's ONNX file, for its rows")->check(CLI::ExistingFile);
+  command->add_option("--lighterglue", a->lighterglue, "LighterGlue's ONNX file, for its row")
+      ->check(CLI::ExistingFile);
+  command->add_option("--sequence", a->experiment.sequences, "a real sequence with its truth; may be repeated")
+      ->check(CLI::ExistingDirectory);
+  command->add_option("--configs", a->configs, "folder of the scene presets");
+  command->footer("Example:\n  demslam experiment drift --quick -o runs/drift");
+  command->callback([a] { run(*a); });
+}
+
+}  // namespace demslam::apps

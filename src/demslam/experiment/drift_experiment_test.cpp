@@ -1,0 +1,39 @@
+#include "demslam/experiment/drift_experiment.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+namespace demslam {
+namespace {
+
+TEST(DriftExperiment, RunsEveryFrontendAndMethodOnceAndGoesOn) {
+  const std::filesystem::path out = std::filesystem::path(testing::TempDir()) / "drift";
+  std::filesystem::remove_all(out);
+  SceneOptions scene;
+  scene.terrain.size_m = 200.0;
+  scene.camera.width_px = scene.camera.height_px = 256;
+  scene.rover.length_m = 24.0;
+  scene.rover.space_frames(0.6);
+  scene.output = {.depth = false};
+  const DriftExperiment experiment{.frontends = {{"classical", {}}, {"SIFT", {.extractor = "sift"}}},
+                                   .drives = {{"hills", scene}}};
+  const std::vector<DriftRow> rows = drift_experiment(experiment, out);
+  ASSERT_EQ(rows.size(), 4U);
+  for (const DriftRow& row : rows) {
+    EXPECT_EQ(row.completion, 1.0) << row.frontend;
+    EXPECT_NEAR(row.path_m, 24.0, 1.0) << row.frontend;
+    EXPECT_LT(row.translation_percent, 3.0) << row.frontend << to_string(row.method);
+    EXPECT_GT(row.cpu_ms, 0.0);
+  }
+  EXPECT_NE(rows[0].translation_percent, rows[1].translation_percent);  // PnP and window
+  EXPECT_NE(rows[0].translation_percent, rows[2].translation_percent);  // front-ends
+
+  const std::vector<DriftRow> again = drift_experiment(experiment, out);
+  ASSERT_EQ(again.size(), 4U);
+  for (std::size_t i = 0; i < rows.size(); ++i) EXPECT_EQ(again[i].cpu_ms, rows[i].cpu_ms);  // not run again
+}
+
+}  // namespace
+}  // namespace demslam
