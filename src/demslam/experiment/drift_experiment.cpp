@@ -80,7 +80,8 @@ std::optional<DriftRow> drift_of(const Sequence& sequence, const NamedFrontend& 
   const SlamOptions options = odometry_alone(frontend.options, method);
   const RunInputs inputs{
       .dataset = sequence.data, .output = out / name, .overwrite = true, .config_toml = to_toml(options)};
-  if (const auto earlier = finished.load(name, inputs.config_toml)) return row_of(Json::parse(*earlier), method);
+  const std::string settings = Json{{"dataset", sequence.data.string()}, {"options", inputs.config_toml}}.dump();
+  if (const auto earlier = finished.load(name, settings)) return row_of(Json::parse(*earlier), method);
   const CpuStopwatch watch;
   const RunReport report = run_slam(inputs, options, progress);
   if (report.interrupted) return std::nullopt;
@@ -90,7 +91,7 @@ std::optional<DriftRow> drift_of(const Sequence& sequence, const NamedFrontend& 
   row.frontend = frontend.name;
   row.method = method;
   row.cpu_ms = cpu_ms;
-  finished.save(name, inputs.config_toml, json_of(row).dump());
+  finished.save(name, settings, json_of(row).dump());
   fs::remove(inputs.output / "map.db");  // the features of every keyframe: large, and needed no more
   return row;
 }
