@@ -19,6 +19,18 @@ std::string read_file(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+/// Writes every channel out.
+void spread_channels(Tensor& tensor) {
+  if (!tensor.channels_alike) return;
+  const std::vector<float> one = std::move(tensor.floats);
+  tensor.floats.clear();
+  tensor.floats.reserve(one.size() * static_cast<std::size_t>(tensor.shape[1]));
+  for (std::int64_t c = 0; c < tensor.shape[1]; ++c) {
+    tensor.floats.insert(tensor.floats.end(), one.begin(), one.end());
+  }
+  tensor.channels_alike = false;
+}
+
 }  // namespace
 
 std::vector<std::string> inference_names() { return {kAuto, kOnnxRuntime, kOneDnn}; }
@@ -70,6 +82,7 @@ void Inference::take(OnnxSession session) {
 std::vector<Tensor> Inference::run(const std::vector<std::string>& input_names, std::vector<Tensor> inputs,
                                    const std::vector<std::string>& output_names, bool as_they_lie) {
   if (network_) return network_->run(input_names, inputs, output_names, as_they_lie);
+  for (Tensor& input : inputs) spread_channels(input);
   return session_->run(input_names, std::move(inputs), output_names);
 }
 

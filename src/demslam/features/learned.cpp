@@ -17,15 +17,14 @@ Tensor to_tensor(const Image& image, int channels, int multiple) {
   std::array<float, 256> shares;
   for (std::size_t grey = 0; grey < shares.size(); ++grey) shares[grey] = static_cast<float>(grey) / 255.0F;
   const std::size_t plane = static_cast<std::size_t>(width) * height;
-  Tensor tensor{.shape = {1, channels, height, width}};
-  tensor.floats.resize(plane * channels);
+  Tensor tensor{.shape = {1, channels, height, width}, .channels_alike = true};
+  tensor.floats.resize(plane);
   for (int v = 0; v < height; ++v) {
     const std::uint8_t* from = &image.pixels[static_cast<std::size_t>(std::min(v, image.height - 1)) * image.width];
     float* to = &tensor.floats[static_cast<std::size_t>(v) * width];
     for (int u = 0; u < image.width; ++u) to[u] = shares[from[u]];
     std::fill(to + image.width, to + width, to[image.width - 1]);
   }
-  for (int c = 1; c < channels; ++c) std::copy_n(tensor.floats.data(), plane, tensor.floats.data() + c * plane);
   return tensor;
 }
 

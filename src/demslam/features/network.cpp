@@ -17,11 +17,13 @@ constexpr std::int64_t kOldestOpset = 13, kNewestOpset = 20;
 
 /// A view of the tensor, which must live on; nothing writes to an input.
 Array view_of(const Tensor& tensor) {
-  nn::expect(static_cast<std::int64_t>(tensor.floats.size()) == nn::count_of(tensor.shape),
-             "an input that does not fill its shape");
+  nn::Dims strides = nn::row_major(tensor.shape);
+  if (tensor.channels_alike) strides.at(1) = 0;
+  const std::int64_t count = nn::count_of(tensor.shape) / (tensor.channels_alike ? tensor.shape[1] : 1);
+  nn::expect(static_cast<std::int64_t>(tensor.floats.size()) == count, "an input that does not fill its shape");
   auto* start = reinterpret_cast<std::byte*>(const_cast<float*>(tensor.floats.data()));
   const std::shared_ptr<std::byte> borrowed(start, [](std::byte*) {});
-  return {nn::Type::f32, tensor.shape, nn::row_major(tensor.shape), borrowed, start};
+  return {nn::Type::f32, tensor.shape, strides, borrowed, start};
 }
 
 Tensor to_tensor(nn::Pool& pool, const Array& a, bool as_it_lies) {

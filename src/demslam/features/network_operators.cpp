@@ -16,6 +16,7 @@ const Makers& makers() {
     add_index_operators(made);
     add_reduction_operators(made);
     add_layer_operators(made);
+    add_einsum_operator(made);
     return made;
   }();
   return all;

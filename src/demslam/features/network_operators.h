@@ -76,6 +76,7 @@ void add_shape_operators(Makers& makers);
 void add_index_operators(Makers& makers);
 void add_reduction_operators(Makers& makers);
 void add_layer_operators(Makers& makers);
+void add_einsum_operator(Makers& makers);
 
 /// Throws Error: a tensor is not what an operator takes.
 void expect(bool fine, const char* what);

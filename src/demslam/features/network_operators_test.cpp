@@ -332,6 +332,13 @@ std::vector<Case> cases() {
                    g.node("MatMul", {"x", "t"}, {"out"});
                  },
                  2});
+  for (const std::string equation : {"bhid,bhjd->bhij", "bhji, bhjd -> hbid"}) {
+    const bool scores = equation[3] == 'd';
+    all.push_back({scores ? "EinsumScores" : "EinsumTurned",
+                   {{2, 3, 30, 16}, scores ? Shape{2, 3, 40, 16} : Shape{2, 3, 30, 20}},
+                   [=](Graph& g) { g.node("Einsum", {"x", "y"}, {"out"}, {Graph::text("equation", equation)}); },
+                   4});
+  }
   all.push_back({"Attention",
                  {{2, 150, 16}, {2, 16, 77}, {2, 77, 24}},
                  [](Graph& g) {

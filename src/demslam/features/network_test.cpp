@@ -172,7 +172,8 @@ TEST(Network, SaysWhatItDoesNotCover) {
     EXPECT_FALSE(network_of(graph, why_not));
     return why_not;
   };
-  EXPECT_EQ(reason("Einsum", {}), "operator Einsum");
+  EXPECT_EQ(reason("Softplus", {}), "operator Softplus");
+  EXPECT_EQ(reason("Einsum", {Graph::text("equation", "aabc->abc")}), "operator Einsum with equation 'aabc->abc'");
   EXPECT_EQ(reason("Conv", {Graph::text("auto_pad", "SAME_UPPER")}), "operator Conv with automatic padding");
   EXPECT_EQ(reason("Conv", {Graph::integer("surprise", 1)}), "operator Conv with attribute 'surprise'");
   EXPECT_THAT(reason("Resize", {Graph::text("mode", "cubic")}), HasSubstr("another mode than 'linear'"));

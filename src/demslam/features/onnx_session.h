@@ -12,7 +12,8 @@ struct Tensor {
   std::vector<std::int64_t> shape;
   std::vector<float> floats;
   std::vector<std::int64_t> integers;
-  bool channels_last = false;  ///< of shape [N,C,H,W], but in the order [N,H,W,C]
+  bool channels_last = false;   ///< of shape [N,C,H,W], but in the order [N,H,W,C]
+  bool channels_alike = false;  ///< of shape [1,C,H,W], but the values of one channel stand for all
 };
 
 /// An ONNX graph ready to run. Deterministic; its worker threads sleep between runs.

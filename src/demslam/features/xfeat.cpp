@@ -12,12 +12,23 @@ constexpr int kCell = 8, kLogits = kCell * kCell + 1;
 constexpr float kMinProbability = 0.05F;
 constexpr int kSuppression = 2;  // 5x5 pixels
 
-/// Maps as one row per cell.
-DescriptorRows cells_by_channels(const std::vector<float>& map, int channels, bool by_cell) {
-  const auto cells = static_cast<Eigen::Index>(map.size()) / channels;
-  if (by_cell) return Eigen::Map<const DescriptorRows>(map.data(), cells, channels);
-  return Eigen::Map<const DescriptorRows>(map.data(), channels, cells).transpose();
-}
+/// A map with one row per cell: as it is, or turned.
+class CellRows {
+ public:
+  CellRows(const std::vector<float>& map, int channels, bool by_cell) {
+    const auto cells = static_cast<Eigen::Index>(map.size()) / channels;
+    if (!by_cell) turned_ = Eigen::Map<const DescriptorRows>(map.data(), channels, cells).transpose();
+    new (&rows_) Rows(by_cell ? map.data() : turned_.data(), cells, channels);  // how Eigen's maps are moved
+  }
+  CellRows(const CellRows&) = delete;
+
+  using Rows = Eigen::Map<const DescriptorRows>;
+  const Rows& rows() const { return rows_; }
+
+ private:
+  DescriptorRows turned_;
+  Rows rows_{nullptr, 0, 0};
+};
 
 /// Probability of a keypoint at each pixel: softmax within the cell, "none" dropped. Cells in which no pixel can come
 /// near the least probability that counts are left at zero until they are asked for: nothing in them can be a
@@ -26,10 +37,10 @@ class HeatMap {
  public:
   explicit HeatMap(const XFeatMaps& maps)
       : columns_(maps.columns),
-        logits_(cells_by_channels(maps.keypoint_logits, kLogits, maps.logits_by_cell)),
+        logits_(maps.keypoint_logits, kLogits, maps.logits_by_cell),
         heat_(DescriptorRows::Zero(maps.rows * kCell, maps.columns * kCell)),
         known_(static_cast<std::size_t>(maps.rows) * maps.columns, false) {
-    for (Eigen::Index cell = 0; cell < logits_.rows(); ++cell) {
+    for (Eigen::Index cell = 0; cell < logits_.rows().rows(); ++cell) {
       if (may_hold_a_keypoint(cell)) fill(cell);
     }
   }
@@ -49,12 +60,12 @@ class HeatMap {
   bool may_hold_a_keypoint(Eigen::Index cell) const {
     constexpr float kMargin = 0.1F;
     static const float kLowest = std::log(kMinProbability) - kMargin;
-    const float best = logits_.row(cell).head<kLogits - 1>().maxCoeff();
-    return !(best - logits_(cell, kLogits - 1) < kLowest);
+    const float best = logits_.rows().row(cell).head<kLogits - 1>().maxCoeff();
+    return !(best - logits_.rows()(cell, kLogits - 1) < kLowest);
   }
 
   void fill(Eigen::Index cell) {
-    Eigen::Array<float, kLogits, 1> odds = logits_.row(cell).transpose().array();
+    Eigen::Array<float, kLogits, 1> odds = logits_.rows().row(cell).transpose().array();
     odds = (odds - odds.maxCoeff()).exp();
     odds /= odds.sum();
     const Eigen::Map<const Eigen::Matrix<float, kCell, kCell, Eigen::RowMajor>> pixels(odds.data());
@@ -63,7 +74,7 @@ class HeatMap {
   }
 
   Eigen::Index columns_;
-  DescriptorRows logits_;  ///< one row per cell
+  CellRows logits_;
   DescriptorRows heat_;
   std::vector<bool> known_;  ///< cells whose probabilities are in heat_
 };
@@ -80,7 +91,7 @@ bool is_peak(const DescriptorRows& heat, Eigen::Index v, Eigen::Index u) {
 class Sampler {
  public:
   explicit Sampler(const XFeatMaps& maps)
-      : maps_(maps), descriptors_(cells_by_channels(maps.descriptors, maps.width, maps.descriptors_by_cell)) {
+      : maps_(maps), descriptors_(CellRows(maps.descriptors, maps.width, maps.descriptors_by_cell).rows()) {
     descriptors_.rowwise().normalize();
   }
 
