@@ -21,7 +21,9 @@ Array view_of(const Tensor& tensor) {
   if (tensor.channels_alike) strides.at(1) = 0;
   const std::int64_t count = nn::count_of(tensor.shape) / (tensor.channels_alike ? tensor.shape[1] : 1);
   nn::expect(static_cast<std::int64_t>(tensor.floats.size()) == count, "an input that does not fill its shape");
-  auto* start = reinterpret_cast<std::byte*>(const_cast<float*>(tensor.floats.data()));
+  static std::byte nothing{};  // an array without values is there all the same
+  auto* start =
+      tensor.floats.empty() ? &nothing : reinterpret_cast<std::byte*>(const_cast<float*>(tensor.floats.data()));
   const std::shared_ptr<std::byte> borrowed(start, [](std::byte*) {});
   return {nn::Type::f32, tensor.shape, strides, borrowed, start};
 }

@@ -10,7 +10,7 @@
 
 namespace demslam {
 
-/// An ONNX graph run by demslam itself, its convolutions and matrix products by oneDNN (docs/models.md). The numbers of
+/// An ONNX graph run by demslam itself, its convolutions and matrix products by oneDNN (docs/models.md). The number of
 /// threads changes nothing in a result; the processor may.
 class Network {
  public:

@@ -1,11 +1,14 @@
 #include "demslam/features/network_engine.h"
 
-#include <omp.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <dnnl.hpp>
 
 #include <algorithm>
+
+// OpenMP's own, which is oneDNN's threading; not every compiler brings its header.
+extern "C" int omp_get_max_threads();
+extern "C" void omp_set_num_threads(int count);
 
 namespace demslam::nn {
 

@@ -67,7 +67,6 @@ struct Convolution::Primitive {
 };
 
 struct Convolution::Made {
-  std::mutex mutex;
   std::map<std::pair<Band::Key, Type>, Primitive> primitives;
 };
 

@@ -133,7 +133,6 @@ DEMSLAM_UNARY(sqrt_all, __builtin_sqrtf(x))
 DEMSLAM_UNARY(negate_all, -x)
 DEMSLAM_UNARY(reciprocal_all, 1.0F / x)
 DEMSLAM_UNARY(abs_all, __builtin_fabsf(x))
-DEMSLAM_UNARY(square_all, x* x)
 
 #define DEMSLAM_BINARY(name, expression)                                                                             \
   DEMSLAM_VECTOR_CLONES void name##_both(const float* a, const float* b, std::size_t count, float* out) {            \
@@ -206,8 +205,6 @@ void apply(Unary function, const float* in, std::size_t count, float* out) {
       return reciprocal_all(in, count, out);
     case Unary::abs:
       return abs_all(in, count, out);
-    case Unary::square:
-      return square_all(in, count, out);
   }
 }
 
@@ -312,6 +309,11 @@ DEMSLAM_VECTOR_CLONES void update_best(const float* in, std::int32_t row, std::s
     place[i] = in[i] > best[i] ? row : place[i];
     best[i] = in[i] > best[i] ? in[i] : best[i];
   }
+}
+
+void softmax(const float* in, std::size_t count, float* out) {
+  const float total = shifted_exp(in, largest(in, count), count, out);
+  scale(out, 1.0F / total, count, out);
 }
 
 DEMSLAM_VECTOR_CLONES float sum(const float* in, std::size_t count) {

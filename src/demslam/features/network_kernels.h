@@ -18,7 +18,7 @@ inline std::uint16_t to_bf16(float value) {
 void floats_to_bf16(const float* in, std::size_t count, std::uint16_t* out);
 void bf16_to_floats(const std::uint16_t* in, std::size_t count, float* out);
 
-enum class Unary { relu, sigmoid, exp, gelu, erf, sqrt, negate, reciprocal, abs, square };
+enum class Unary { relu, sigmoid, exp, gelu, erf, sqrt, negate, reciprocal, abs };
 void apply(Unary function, const float* in, std::size_t count, float* out);
 
 enum class Binary { add, subtract, multiply, divide, maximum, minimum };
@@ -31,6 +31,8 @@ float largest(const float* in, std::size_t count);
 float shifted_exp(const float* in, float shift, std::size_t count, float* out);
 /// The same as bfloat16, to its precision; the sum is that of what is stored. Nothing may exceed the shift.
 float shifted_exp(const float* in, float shift, std::size_t count, std::uint16_t* out);
+/// exp(in) by the sum of all.
+void softmax(const float* in, std::size_t count, float* out);
 /// Place of the largest value, the first of equal ones.
 std::int64_t place_of_largest(const float* in, std::size_t count);
 /// Column by column: where a value exceeds the best so far, it becomes the best and `row` its place.

@@ -145,10 +145,7 @@ Array softmax_of(Engine& engine, const Array& scores) {
   const std::int64_t size = scores.shape.back();
   const Array out = make_array(engine.pool(), Type::f32, scores.shape);
   for (std::int64_t i = 0; i < scores.count(); i += size) {
-    const float* row = scores.data<float>() + i;
-    const auto n = static_cast<std::size_t>(size);
-    scale(out.data<float>() + i, 1.0F / shifted_exp(row, largest(row, n), n, out.data<float>() + i), n,
-          out.data<float>() + i);
+    softmax(scores.data<float>() + i, static_cast<std::size_t>(size), out.data<float>() + i);
   }
   return out;
 }

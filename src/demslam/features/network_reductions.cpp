@@ -118,11 +118,7 @@ Step reduction(const Site& site) {
   };
 }
 
-void softmax_row(const float* in, std::int64_t size, float* out) {
-  const auto n = static_cast<std::size_t>(size);
-  const float total = shifted_exp(in, largest(in, n), n, out);
-  scale(out, 1.0F / total, n, out);
-}
+void softmax_row(const float* in, std::int64_t size, float* out) { softmax(in, static_cast<std::size_t>(size), out); }
 
 void log_softmax_row(const float* in, std::int64_t size, float* out) {
   const auto n = static_cast<std::size_t>(size);
@@ -170,7 +166,7 @@ Array along_axis(Engine& engine, const Array& a, std::size_t axis, const Row& ro
   return with_axis_moved(out, last, axis);
 }
 
-Step softmax(const Site& site) {
+Step softmax_step(const Site& site) {
   return [&engine = site.engine, axis = site.integer("axis", -1)](const Arrays& in) -> Arrays {
     return {along_axis(engine, in.at(0), axis_of(axis, in.at(0).rank()), softmax_row)};
   };
@@ -240,7 +236,7 @@ void add_reduction_operators(Makers& makers) {
                  {"ReduceMax", reduction<Reduction::maximum>},
                  {"ReduceMin", reduction<Reduction::minimum>},
                  {"ReduceL2", reduction<Reduction::l2>},
-                 {"Softmax", softmax},
+                 {"Softmax", softmax_step},
                  {"LogSoftmax", log_softmax},
                  {"LayerNormalization", layer_normalization},
                  {"InstanceNormalization", instance_normalization}});
