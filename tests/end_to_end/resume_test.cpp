@@ -97,7 +97,7 @@ TEST_F(Resume, AnotherProcessorIsRefusedWhereItWouldRunTheNetworksOtherwise) {
   if (read_text(folder_ / "run" / "summary.json").find("\"inference\": \"onednn bf16") == std::string::npos) {
     GTEST_SKIP() << "no native bfloat16 here";
   }
-  EXPECT_THAT(read_text(folder_ / "run" / "config.toml"), HasSubstr("inference = \"onednn\""));
+  EXPECT_THAT(read_text(folder_ / "run" / "config.toml"), HasSubstr("inference = 'onednn'"));
   const Outcome other = run("run", "--extractor lunar --max-frames 5", "ONEDNN_MAX_CPU_ISA=AVX2 ");
   EXPECT_TRUE(other.is_one_line_error()) << other.err;
   EXPECT_THAT(other.err, HasSubstr("input: inference"));
