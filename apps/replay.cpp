@@ -22,6 +22,7 @@ void run(Arguments arguments) {
   SlamOptions options = arguments.config.empty() ? SlamOptions{} : read_slam_config(arguments.config);
   if (arguments.no_dem) options.use_dem = false;
   if (arguments.no_loops) options.use_loops = false;
+  options.frontend = resolved(options.frontend);
   arguments.inputs.config_toml = to_toml(options);
   ProgressBar bar("replay", "keyframes");
   const RunReport report = replay(arguments.inputs, options, bar.progress());

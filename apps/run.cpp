@@ -19,7 +19,7 @@ namespace {
 struct Arguments {
   RunInputs inputs;
   std::filesystem::path config;
-  std::string extractor, matcher, odometry;
+  std::string extractor, matcher, inference, odometry;
   bool no_dem = false, no_loops = false, odometry_only = false;
   std::optional<int> live_port;
 };
@@ -43,6 +43,8 @@ SlamOptions options_of(const Arguments& arguments) {
   FrontendOptions& frontend = options.frontend;
   set_part(frontend.extractor, frontend.extractor_model, arguments.extractor, extractor_names());
   set_part(frontend.matcher, frontend.matcher_model, arguments.matcher, matcher_names());
+  if (!arguments.inference.empty()) frontend.inference = arguments.inference;
+  frontend = resolved(frontend);
   return options;
 }
 
@@ -114,6 +116,10 @@ void add_run(CLI::App& app) {
                       "classical (default), lunar (a network, built in), orb, sift, or an ONNX file (docs/models.md)");
   command->add_option("--matcher", arguments->matcher,
                       "nearest (default), lunar (a network, built in, for --extractor lunar), or an ONNX file");
+  command
+      ->add_option("--inference", arguments->inference,
+                   "who runs networks: auto (default), onnxruntime, or onednn (docs/models.md)")
+      ->check(CLI::IsMember(inference_names()));
   command->add_option("--first-frame", inputs.first_frame, "index of the first frame");
   command->add_option("--max-frames", inputs.max_frames, "stop after so many frames; 0: all");
   command

@@ -4,6 +4,7 @@ find_package(OpenCV 4 REQUIRED COMPONENTS core imgproc imgcodecs calib3d feature
 find_package(GDAL CONFIG REQUIRED)
 find_package(GTSAM REQUIRED MODULE)
 find_package(ONNXRuntime REQUIRED MODULE)
+find_package(dnnl 3 CONFIG REQUIRED)
 find_package(embree 4 REQUIRED)
 find_package(TBB REQUIRED)
 find_package(OpenSSL REQUIRED)

@@ -24,6 +24,8 @@ const std::map<std::string, int> kFloor = {
 const std::map<std::string, std::set<std::string>> kDoors = {
     {"opencv2/", {"image", "features", "odometry"}},
     {"onnxruntime", {"features"}},
+    {"dnnl", {"features"}},
+    {"oneapi/dnnl", {"features"}},
     {"gtsam/", {"graph", "anchoring"}},
     {"gdal", {"dem"}},
     {"ogr_", {"dem"}},

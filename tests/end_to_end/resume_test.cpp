@@ -92,6 +92,18 @@ TEST_F(Resume, AnotherInputIsNamed) {
   EXPECT_THAT(outcome.err, HasSubstr("first_frame"));
 }
 
+TEST_F(Resume, AnotherProcessorIsRefusedWhereItWouldRunTheNetworksOtherwise) {
+  ASSERT_EQ(run("run", "--extractor lunar --max-frames 3").status, 0);
+  if (read_text(folder_ / "run" / "summary.json").find("\"inference\": \"onednn bf16") == std::string::npos) {
+    GTEST_SKIP() << "no native bfloat16 here";
+  }
+  EXPECT_THAT(read_text(folder_ / "run" / "config.toml"), HasSubstr("inference = 'onednn'"));
+  const Outcome other = run("run", "--extractor lunar --max-frames 5", "ONEDNN_MAX_CPU_ISA=AVX2 ");
+  EXPECT_TRUE(other.is_one_line_error()) << other.err;
+  EXPECT_THAT(other.err, HasSubstr("input: inference"));
+  EXPECT_EQ(run("run", "--extractor lunar --max-frames 5").status, 0);
+}
+
 TEST_F(Resume, OverwriteStartsAnew) {
   ASSERT_EQ(run("run", "--max-frames 5").status, 0);
   ASSERT_EQ(run("run", "--max-frames 4 --no-loops --overwrite").status, 0);

@@ -18,6 +18,7 @@ void frontend_fields(Io& io, O& o) {
   io.field("nearest_ratio", o.nearest_ratio);
   io.field("min_match_score", o.min_match_score);
   io.field("threads", o.threads);
+  io.field("inference", o.inference);
 }
 
 template <class Io, class O>

@@ -17,6 +17,7 @@ template <class Part>
 struct Sized {
   std::unique_ptr<Part> part;
   int descriptor_width = kAnyWidth;
+  std::string backend = {};  ///< of its network
 };
 
 template <class Part>
@@ -24,15 +25,19 @@ using Makers = std::vector<std::pair<std::string, Sized<Part> (*)(const Frontend
 
 Sized<Extractor> learned_extractor(OpenModel model, const FrontendOptions& o) {
   const int width = model.info.descriptor_width;
-  return {make_learned_extractor(std::move(model), o.max_features), width};
+  const std::string backend = model.info.backend;
+  return {make_learned_extractor(std::move(model), o.max_features), width, backend};
 }
 
 Sized<Matcher> learned_matcher(OpenModel model, const FrontendOptions& o) {
   const int width = model.info.descriptor_width;
-  return {make_learned_matcher(std::move(model), o.min_match_score), width};
+  const std::string backend = model.info.backend;
+  return {make_learned_matcher(std::move(model), o.min_match_score), width, backend};
 }
 
 using O = FrontendOptions;
+
+InferenceOptions inference_of(const O& o) { return {o.inference, o.threads}; }
 
 const Makers<Extractor>& extractors() {
   static const Makers<Extractor> all{
@@ -41,8 +46,8 @@ const Makers<Extractor>& extractors() {
          return Sized<Extractor>{std::make_unique<ClassicalExtractor>(o.max_features),
                                  ClassicalExtractor::kDescriptorWidth};
        }},
-      {"lunar", [](const O& o) { return learned_extractor(open_built_in_model("lunar", o.threads), o); }},
-      {"onnx", [](const O& o) { return learned_extractor(open_model(o.extractor_model, o.threads), o); }},
+      {"lunar", [](const O& o) { return learned_extractor(open_built_in_model("lunar", inference_of(o)), o); }},
+      {"onnx", [](const O& o) { return learned_extractor(open_model(o.extractor_model, inference_of(o)), o); }},
       {"orb", [](const O& o) { return Sized<Extractor>{make_orb_extractor(o.max_features)}; }},
       {"sift", [](const O& o) { return Sized<Extractor>{make_sift_extractor(o.max_features)}; }},
   };
@@ -52,8 +57,8 @@ const Makers<Extractor>& extractors() {
 const Makers<Matcher>& matchers() {
   static const Makers<Matcher> all{
       {"nearest", [](const O& o) { return Sized<Matcher>{std::make_unique<NearestMatcher>(o.nearest_ratio)}; }},
-      {"lunar", [](const O& o) { return learned_matcher(open_built_in_model("lunar-matcher", o.threads), o); }},
-      {"onnx", [](const O& o) { return learned_matcher(open_model(o.matcher_model, o.threads), o); }},
+      {"lunar", [](const O& o) { return learned_matcher(open_built_in_model("lunar-matcher", inference_of(o)), o); }},
+      {"onnx", [](const O& o) { return learned_matcher(open_model(o.matcher_model, inference_of(o)), o); }},
   };
   return all;
 }
@@ -81,6 +86,7 @@ std::vector<std::string> extractor_names() { return names_of(extractors()); }
 std::vector<std::string> matcher_names() { return names_of(matchers()); }
 
 Frontend make_frontend(const FrontendOptions& options) {
+  resolved_inference(options.inference);  // a wrong name is told even where no network is to be run
   Sized<Extractor> extractor = make_part("extractor", extractors(), options.extractor, options);
   Sized<Matcher> matcher = make_part("matcher", matchers(), options.matcher, options);
   const bool known = extractor.descriptor_width != kAnyWidth && matcher.descriptor_width != kAnyWidth;
@@ -89,7 +95,18 @@ Frontend make_frontend(const FrontendOptions& options) {
     throw Error(name + ": matches descriptors of width " + std::to_string(matcher.descriptor_width) +
                 ", but the extractor gives width " + std::to_string(extractor.descriptor_width));
   }
-  return {std::move(extractor.part), std::move(matcher.part)};
+  const bool same = extractor.backend == matcher.backend || matcher.backend.empty();
+  const std::string between = extractor.backend.empty() || same ? "" : ", ";
+  return {std::move(extractor.part), std::move(matcher.part),
+          extractor.backend + between + (same ? "" : matcher.backend)};
+}
+
+FrontendOptions resolved(FrontendOptions options) {
+  const auto is_network = [](const std::string& name) { return name == "lunar" || name == "onnx"; };
+  if (is_network(options.extractor) || is_network(options.matcher)) {
+    options.inference = resolved_inference(options.inference);
+  }
+  return options;
 }
 
 }  // namespace demslam

@@ -1,6 +1,7 @@
 #include "demslam/features/learned.h"
 
 #include <algorithm>
+#include <array>
 
 #include "demslam/base/error.h"
 #include "demslam/features/xfeat.h"
@@ -8,25 +9,23 @@
 namespace demslam {
 namespace {
 
-/// The grey image, divided by 255, `channels` times.
-Tensor to_tensor(const Image& image, int channels) {
-  Tensor tensor{.shape = {1, channels, image.height, image.width}};
-  tensor.floats.reserve(image.pixels.size() * channels);
-  for (int c = 0; c < channels; ++c) {
-    for (const std::uint8_t pixel : image.pixels) tensor.floats.push_back(static_cast<float>(pixel) / 255.0F);
+/// The grey image, divided by 255, `channels` times; continued to the right and below by its last pixels until both
+/// sides are multiples of `multiple`.
+Tensor to_tensor(const Image& image, int channels, int multiple) {
+  const auto up = [multiple](int size) { return (size + multiple - 1) / multiple * multiple; };
+  const int width = up(image.width), height = up(image.height);
+  std::array<float, 256> shares;
+  for (std::size_t grey = 0; grey < shares.size(); ++grey) shares[grey] = static_cast<float>(grey) / 255.0F;
+  const std::size_t plane = static_cast<std::size_t>(width) * height;
+  Tensor tensor{.shape = {1, channels, height, width}, .channels_alike = true};
+  tensor.floats.resize(plane);
+  for (int v = 0; v < height; ++v) {
+    const std::uint8_t* from = &image.pixels[static_cast<std::size_t>(std::min(v, image.height - 1)) * image.width];
+    float* to = &tensor.floats[static_cast<std::size_t>(v) * width];
+    for (int u = 0; u < image.width; ++u) to[u] = shares[from[u]];
+    std::fill(to + image.width, to + width, to[image.width - 1]);
   }
   return tensor;
-}
-
-/// The image, continued to the right and below by its last pixels until both sides are multiples of `multiple`.
-Image padded(const Image& image, int multiple) {
-  const auto up = [multiple](int size) { return (size + multiple - 1) / multiple * multiple; };
-  Image result(up(image.width), up(image.height));
-  for (int v = 0; v < result.height; ++v) {
-    for (int u = 0; u < result.width; ++u)
-      result.at(u, v) = image.at(std::min(u, image.width - 1), std::min(v, image.height - 1));
-  }
-  return result;
 }
 
 class XFeatExtractor : public Extractor {
@@ -35,10 +34,11 @@ class XFeatExtractor : public Extractor {
 
   Features extract(const Image& image) override {
     if (image.empty()) return {.image_width = image.width, .image_height = image.height};
-    const auto maps = model_.session.run({model_.info.inputs[0].name}, {to_tensor(padded(image, 32), 3)},
-                                         {"descriptors", "keypoint_logits", "reliability"});
+    const auto maps = model_.session.run({model_.info.inputs[0].name}, {to_tensor(image, 3, 32)},
+                                         {"descriptors", "keypoint_logits", "reliability"}, true);
     return decode_xfeat({maps[0].floats, static_cast<int>(maps[0].shape[1]), static_cast<int>(maps[0].shape[2]),
-                         static_cast<int>(maps[0].shape[3]), maps[1].floats, maps[2].floats},
+                         static_cast<int>(maps[0].shape[3]), maps[1].floats, maps[2].floats, maps[0].channels_last,
+                         maps[1].channels_last},
                         image.width, image.height, max_features_);
   }
 
@@ -54,8 +54,8 @@ class SuperPointExtractor : public Extractor {
   Features extract(const Image& image) override {
     Features features{.image_width = image.width, .image_height = image.height};
     if (std::min(image.width, image.height) < 8) return features;  // one cell of the network
-    const auto out =
-        model_.session.run({model_.info.inputs[0].name}, {to_tensor(image, 1)}, {"keypoints", "scores", "descriptors"});
+    const auto out = model_.session.run({model_.info.inputs[0].name}, {to_tensor(image, 1, 1)},
+                                        {"keypoints", "scores", "descriptors"});
     const auto width = out[2].shape[2];
     const std::vector<std::size_t> order = strongest(out[1].floats, max_features_);
     features.descriptors.resize(static_cast<Eigen::Index>(order.size()), width);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "demslam/features/features.h"
-#include "demslam/features/onnx_session.h"
+#include "demslam/features/open_model.h"
 
 namespace demslam {
 

@@ -6,7 +6,7 @@
 #include "demslam/base/error.h"
 #include "demslam/base/sha256.h"
 #include "demslam/features/built_in_model.h"
-#include "demslam/features/onnx_session.h"
+#include "demslam/features/open_model.h"
 #include "demslam/toml/toml.h"
 
 namespace demslam {
@@ -131,9 +131,11 @@ void check_card(const ModelInfo& info) {
 }
 
 /// Completes what is known of a model by what its graph says.
-OpenModel identified(ModelInfo info, OnnxSession session) {
+OpenModel identified(ModelInfo info, Inference session) {
   info.inputs = session.inputs();
   info.outputs = session.outputs();
+  info.backend = session.backend();
+  info.fallback = session.fallback();
   recognise(info);
   check_card(info);
   return {std::move(info), std::move(session)};
@@ -159,24 +161,24 @@ std::string to_string(Contract contract) {
   return "unknown";
 }
 
-OpenModel open_model(const fs::path& file, int threads) {
+OpenModel open_model(const fs::path& file, const InferenceOptions& options) {
   if (!fs::is_regular_file(file)) throw Error(file.string() + ": no such model file");
   ModelInfo info{.file = file, .card = read_card(file), .sha256 = sha256_of_file(file)};
   check_hash(info);
-  return identified(std::move(info), OnnxSession(file, threads));
+  return identified(std::move(info), Inference(file, options));
 }
 
-OpenModel open_built_in_model(const std::string& name, int threads) {
+OpenModel open_built_in_model(const std::string& name, const InferenceOptions& options) {
   const BuiltInModel& model = built_in_model(name);
   ModelInfo info{
       .file = name + " (built in)",
       .card = {.name = "demslam " + name, .contract = std::string(model.contract), .licence = "Apache-2.0, as demslam"},
       .sha256 = sha256_of(std::string(model.graph))};
-  OnnxSession session(model.graph, info.file.string(), threads);
+  Inference session(model.graph, info.file.string(), options);
   return identified(std::move(info), std::move(session));
 }
 
-ModelInfo inspect_model(const fs::path& file) { return open_model(file, 1).info; }
+ModelInfo inspect_model(const fs::path& file) { return open_model(file, {.threads = 1}).info; }
 
 std::vector<std::string> built_in_model_names() {
   std::vector<std::string> names;
@@ -184,6 +186,6 @@ std::vector<std::string> built_in_model_names() {
   return names;
 }
 
-ModelInfo inspect_built_in_model(const std::string& name) { return open_built_in_model(name, 1).info; }
+ModelInfo inspect_built_in_model(const std::string& name) { return open_built_in_model(name, {.threads = 1}).info; }
 
 }  // namespace demslam

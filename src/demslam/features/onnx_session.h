@@ -7,11 +7,13 @@
 
 namespace demslam {
 
-/// A dense tensor; values are in `floats` or, for int64 outputs, in `integers`.
+/// A dense tensor, row-major; values are in `floats` or, for int64 outputs, in `integers`.
 struct Tensor {
   std::vector<std::int64_t> shape;
   std::vector<float> floats;
   std::vector<std::int64_t> integers;
+  bool channels_last = false;   ///< of shape [N,C,H,W], but in the order [N,H,W,C]
+  bool channels_alike = false;  ///< of shape [1,C,H,W], but the values of one channel stand for all
 };
 
 /// An ONNX graph ready to run. Deterministic; its worker threads sleep between runs.
@@ -35,17 +37,5 @@ class OnnxSession {
   struct Runtime;
   std::unique_ptr<Runtime> runtime_;
 };
-
-/// A model whose contract is known, with its session.
-struct OpenModel {
-  ModelInfo info;
-  OnnxSession session;
-};
-
-/// As inspect_model, keeping the session.
-OpenModel open_model(const std::filesystem::path& file, int threads);
-
-/// One that comes with the program. Throws Error when there is no such model.
-OpenModel open_built_in_model(const std::string& name, int threads);
 
 }  // namespace demslam

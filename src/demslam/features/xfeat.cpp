@@ -12,27 +12,72 @@ constexpr int kCell = 8, kLogits = kCell * kCell + 1;
 constexpr float kMinProbability = 0.05F;
 constexpr int kSuppression = 2;  // 5x5 pixels
 
-/// Channel-major maps as one row per cell.
-DescriptorRows cells_by_channels(const std::vector<float>& map, int channels) {
-  const auto cells = static_cast<Eigen::Index>(map.size()) / channels;
-  return Eigen::Map<const DescriptorRows>(map.data(), channels, cells).transpose();
-}
+/// A map with one row per cell: as it is, or turned.
+class CellRows {
+ public:
+  CellRows(const std::vector<float>& map, int channels, bool by_cell) {
+    const auto cells = static_cast<Eigen::Index>(map.size()) / channels;
+    if (!by_cell) turned_ = Eigen::Map<const DescriptorRows>(map.data(), channels, cells).transpose();
+    new (&rows_) Rows(by_cell ? map.data() : turned_.data(), cells, channels);  // how Eigen's maps are moved
+  }
+  CellRows(const CellRows&) = delete;
 
-/// Probability of a keypoint at each pixel: softmax within the cell, "none" dropped.
-DescriptorRows heat_map(const XFeatMaps& maps) {
-  const DescriptorRows cells = cells_by_channels(maps.keypoint_logits, kLogits);
-  DescriptorRows heat(maps.rows * kCell, maps.columns * kCell);
-  for (int r = 0; r < maps.rows; ++r) {
-    for (int c = 0; c < maps.columns; ++c) {
-      Eigen::Array<float, kLogits, 1> odds = cells.row(r * maps.columns + c).transpose().array();
-      odds = (odds - odds.maxCoeff()).exp();
-      odds /= odds.sum();
-      const Eigen::Map<const Eigen::Matrix<float, kCell, kCell, Eigen::RowMajor>> pixels(odds.data());
-      heat.block<kCell, kCell>(r * kCell, c * kCell) = pixels;
+  using Rows = Eigen::Map<const DescriptorRows>;
+  const Rows& rows() const { return rows_; }
+
+ private:
+  DescriptorRows turned_;
+  Rows rows_{nullptr, 0, 0};
+};
+
+/// Probability of a keypoint at each pixel: softmax within the cell, "none" dropped. Cells in which no pixel can come
+/// near the least probability that counts are left at zero until they are asked for: nothing in them can be a
+/// keypoint, nor suppress one.
+class HeatMap {
+ public:
+  explicit HeatMap(const XFeatMaps& maps)
+      : columns_(maps.columns),
+        logits_(maps.keypoint_logits, kLogits, maps.logits_by_cell),
+        heat_(DescriptorRows::Zero(maps.rows * kCell, maps.columns * kCell)),
+        known_(static_cast<std::size_t>(maps.rows) * maps.columns, false) {
+    for (Eigen::Index cell = 0; cell < logits_.rows().rows(); ++cell) {
+      if (may_hold_a_keypoint(cell)) fill(cell);
     }
   }
-  return heat;
-}
+
+  const DescriptorRows& heat() const { return heat_; }
+  bool is_empty(int row, int column) const { return !known_[static_cast<std::size_t>(row) * columns_ + column]; }
+
+  /// The probability there, in whatever cell.
+  float at(Eigen::Index v, Eigen::Index u) {
+    const Eigen::Index cell = v / kCell * columns_ + u / kCell;
+    if (!known_[static_cast<std::size_t>(cell)]) fill(cell);
+    return heat_(v, u);
+  }
+
+ private:
+  /// A pixel's probability is below exp(its logit - that of "none"); the margin is for rounding.
+  bool may_hold_a_keypoint(Eigen::Index cell) const {
+    constexpr float kMargin = 0.1F;
+    static const float kLowest = std::log(kMinProbability) - kMargin;
+    const float best = logits_.rows().row(cell).head<kLogits - 1>().maxCoeff();
+    return !(best - logits_.rows()(cell, kLogits - 1) < kLowest);
+  }
+
+  void fill(Eigen::Index cell) {
+    Eigen::Array<float, kLogits, 1> odds = logits_.rows().row(cell).transpose().array();
+    odds = (odds - odds.maxCoeff()).exp();
+    odds /= odds.sum();
+    const Eigen::Map<const Eigen::Matrix<float, kCell, kCell, Eigen::RowMajor>> pixels(odds.data());
+    heat_.block<kCell, kCell>(cell / columns_ * kCell, cell % columns_ * kCell) = pixels;
+    known_[static_cast<std::size_t>(cell)] = true;
+  }
+
+  Eigen::Index columns_;
+  CellRows logits_;
+  DescriptorRows heat_;
+  std::vector<bool> known_;  ///< cells whose probabilities are in heat_
+};
 
 bool is_peak(const DescriptorRows& heat, Eigen::Index v, Eigen::Index u) {
   const Eigen::Index top = std::max<Eigen::Index>(v - kSuppression, 0),
@@ -45,7 +90,8 @@ bool is_peak(const DescriptorRows& heat, Eigen::Index v, Eigen::Index u) {
 /// The network's maps at pixels of its input image.
 class Sampler {
  public:
-  explicit Sampler(const XFeatMaps& maps) : maps_(maps), descriptors_(cells_by_channels(maps.descriptors, maps.width)) {
+  explicit Sampler(const XFeatMaps& maps)
+      : maps_(maps), descriptors_(CellRows(maps.descriptors, maps.width, maps.descriptors_by_cell).rows()) {
     descriptors_.rowwise().normalize();
   }
 
@@ -107,22 +153,27 @@ float peak_offset(float before, float centre, float after) {
   return curvature < 0.0F ? std::clamp(0.5F * (l - r) / curvature, -0.5F, 0.5F) : 0.0F;
 }
 
-Eigen::Vector2f sub_pixel(const DescriptorRows& heat, const Peak& peak) {
+Eigen::Vector2f sub_pixel(HeatMap& map, const Peak& peak) {
   Eigen::Vector2f place(static_cast<float>(peak.u), static_cast<float>(peak.v));
-  if (peak.u > 0 && peak.u + 1 < heat.cols()) {
-    place.x() += peak_offset(heat(peak.v, peak.u - 1), heat(peak.v, peak.u), heat(peak.v, peak.u + 1));
+  if (peak.u > 0 && peak.u + 1 < map.heat().cols()) {
+    place.x() += peak_offset(map.at(peak.v, peak.u - 1), map.at(peak.v, peak.u), map.at(peak.v, peak.u + 1));
   }
-  if (peak.v > 0 && peak.v + 1 < heat.rows()) {
-    place.y() += peak_offset(heat(peak.v - 1, peak.u), heat(peak.v, peak.u), heat(peak.v + 1, peak.u));
+  if (peak.v > 0 && peak.v + 1 < map.heat().rows()) {
+    place.y() += peak_offset(map.at(peak.v - 1, peak.u), map.at(peak.v, peak.u), map.at(peak.v + 1, peak.u));
   }
   return place;
 }
 
-std::vector<Peak> find_peaks(const DescriptorRows& heat, int image_width, int image_height) {
+/// In reading order.
+std::vector<Peak> find_peaks(const HeatMap& map, int image_width, int image_height) {
   std::vector<Peak> peaks;
+  const DescriptorRows& heat = map.heat();
   for (int v = 0; v < image_height; ++v) {
-    for (int u = 0; u < image_width; ++u) {
-      if (heat(v, u) > kMinProbability && is_peak(heat, v, u)) peaks.push_back({u, v});
+    for (int left = 0; left < image_width; left += kCell) {
+      if (map.is_empty(v / kCell, left / kCell)) continue;
+      for (int u = left; u < std::min(left + kCell, image_width); ++u) {
+        if (heat(v, u) > kMinProbability && is_peak(heat, v, u)) peaks.push_back({u, v});
+      }
     }
   }
   return peaks;
@@ -139,18 +190,18 @@ std::vector<std::size_t> strongest(const std::vector<float>& scores, int count) 
 }
 
 Features decode_xfeat(const XFeatMaps& maps, int image_width, int image_height, int max_features) {
-  const DescriptorRows heat = heat_map(maps);
-  const std::vector<Peak> peaks = find_peaks(heat, image_width, image_height);
+  HeatMap map(maps);
+  const std::vector<Peak> peaks = find_peaks(map, image_width, image_height);
   const Sampler sampler(maps);
   std::vector<float> scores;
-  for (const Peak& peak : peaks) scores.push_back(heat(peak.v, peak.u) * sampler.reliability(peak.u, peak.v));
+  for (const Peak& peak : peaks) scores.push_back(map.heat()(peak.v, peak.u) * sampler.reliability(peak.u, peak.v));
 
   Features features{.image_width = image_width, .image_height = image_height};
   const std::vector<std::size_t> order = strongest(scores, max_features);
   features.descriptors.resize(static_cast<Eigen::Index>(order.size()), maps.width);
   for (const std::size_t i : order) {
     features.descriptors.row(static_cast<Eigen::Index>(features.size())) = sampler.descriptor(peaks[i].u, peaks[i].v);
-    features.keypoints.push_back(sub_pixel(heat, peaks[i]));
+    features.keypoints.push_back(sub_pixel(map, peaks[i]));
     features.scores.push_back(scores[i]);
   }
   return features;

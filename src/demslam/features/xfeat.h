@@ -4,12 +4,14 @@
 
 namespace demslam {
 
-/// What the XFeat network gives for an image of (8 columns) x (8 rows) pixels; channel-major maps of rows x columns.
+/// What the XFeat network gives for an image of (8 columns) x (8 rows) pixels; maps of rows x columns, channel-major
+/// unless `_by_cell`, that is, with the channels of a cell side by side.
 struct XFeatMaps {
   const std::vector<float>& descriptors;  ///< width channels, not normalised
   int width = 0, rows = 0, columns = 0;
   const std::vector<float>& keypoint_logits;  ///< 65 channels: the 8x8 pixels of a cell in reading order, then "none"
   const std::vector<float>& reliability;      ///< 1 channel
+  bool descriptors_by_cell = false, logits_by_cell = false;
 };
 
 /// XFeat's own decoding (CVPR 2024), with keypoints moved to the sub-pixel peak of the log-probability, which the

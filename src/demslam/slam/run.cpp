@@ -159,13 +159,14 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
   const auto dem_file = chosen_dem(inputs, *sequence, options);
   const auto dem = dem_file ? std::make_shared<const Dem>(open_dem(*dem_file, sigma_file(inputs, dem_file))) : nullptr;
   const Rectifier rectifier(sequence->rig());
-  const std::string inputs_json = inputs_text(inputs, *sequence, dem_file, options);
+  Frontend frontend = make_frontend(options.frontend);
+  const std::string inputs_json = inputs_text(inputs, *sequence, dem_file, options, frontend.inference);
   const std::size_t end = last_frame(inputs, *sequence);
   std::optional<MapStore> opened;  // once everything else has proved sound
   const StartPrior start = inputs.unknown_start_radius_m > 0.0
                                ? unknown_start(inputs, *sequence, dem.get())
                                : prior_of(chosen_start(inputs, *sequence, dem != nullptr));
-  Slam slam(rectifier.rig(), make_frontend(options.frontend), dem, start, options,
+  Slam slam(rectifier.rig(), std::move(frontend), dem, start, options,
             [&](std::size_t keyframe) { return opened->features(keyframe); });
 
   if (inputs.map) {

@@ -112,7 +112,7 @@ std::optional<fs::path> sigma_file(const RunInputs& inputs, const std::optional<
 }
 
 std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence, const std::optional<fs::path>& dem,
-                        const SlamOptions& options) {
+                        const SlamOptions& options, const std::string& inference) {
   Json json = {{"dataset", fs::absolute(inputs.dataset).lexically_normal().string()}, {"format", sequence.format()}};
   for (const fs::path& file : sequence.definition_files()) json["files"].push_back(file_json(file));
   if (inputs.start) json["start"] = file_json(*inputs.start);
@@ -129,6 +129,7 @@ std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence,
   for (const fs::path& model : {options.frontend.extractor_model, options.frontend.matcher_model}) {
     if (!model.empty()) json["models"].push_back(file_json(model));
   }
+  if (!inference.empty() && inference != "onnxruntime") json["inference"] = inference;
   json["first_frame"] = inputs.first_frame;
   return json.dump();
 }

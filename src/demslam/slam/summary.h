@@ -23,9 +23,11 @@ SensorFiles sensor_files(const RunInputs& inputs, const StereoSequence& sequence
 std::optional<std::filesystem::path> sigma_file(const RunInputs& inputs,
                                                 const std::optional<std::filesystem::path>& dem);
 
-/// What a run reads, with SHA-256: dataset, calibration, start, DEM, sensors, models. JSON.
+/// What a run reads, with SHA-256: dataset, calibration, start, DEM, sensors, models, and who runs the models
+/// (Frontend::inference) where that is not ONNX Runtime. JSON.
 std::string inputs_text(const RunInputs& inputs, const StereoSequence& sequence,
-                        const std::optional<std::filesystem::path>& dem, const SlamOptions& options);
+                        const std::optional<std::filesystem::path>& dem, const SlamOptions& options,
+                        const std::string& inference);
 
 /// The same inputs with another DEM, or none.
 std::string with_dem(const std::string& inputs_text, const std::optional<std::filesystem::path>& dem,
