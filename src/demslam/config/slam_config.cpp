@@ -178,6 +178,7 @@ void graph_fields(Io& io, O& o) {
   io.field("loop_gate", o.loop_gate);
   io.field("window_m", o.window_m);
   io.field("batch_every", o.batch_every);
+  io.field("batch_takes", o.batch_takes);
   io.field("max_iterations", o.max_iterations);
   io.section("systematic", [&](Io& section) { systematic_fields(section, o.systematic); });
 }

@@ -239,7 +239,7 @@ Outcome LoopsDrive::drive() {
     const auto results = loops_.close(graph_);
     note(results);
     const bool closed = std::ranges::count(results, LoopStatus::accepted, &LoopResult::status) > 0;
-    if (closed || k % kOptimiseEvery == 0) graph_.optimize_recent();
+    if (closed || k % kOptimiseEvery == 0 || graph_.batch_is_ready()) graph_.optimize_recent();
   }
   graph_.optimize();
   note(loops_.review(graph_));

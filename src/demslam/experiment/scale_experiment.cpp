@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <tbb/global_control.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -12,6 +13,7 @@
 
 #include "demslam/anchoring/anchor.h"
 #include "demslam/base/random.h"
+#include "demslam/base/thread_clock.h"
 #include "demslam/base/time.h"
 #include "demslam/graph/loop_closure.h"
 #include "demslam/slam/options.h"
@@ -45,7 +47,7 @@ KeyframeCost cost_of(const std::vector<float>& ms, std::size_t begin, std::size_
   if (part.empty()) return {};
   std::sort(part.begin(), part.end());
   const double sum = std::accumulate(part.begin(), part.end(), 0.0);
-  return {part[part.size() / 2], part[part.size() * 99 / 100], sum / static_cast<double>(part.size())};
+  return {part[part.size() / 2], part[part.size() * 99 / 100], sum / static_cast<double>(part.size()), part.back()};
 }
 
 /// Keyframes all alike: what a front-end would have stored, as large, without its content.
@@ -129,7 +131,7 @@ class ScaleRun {
 
  private:
   void advance(std::size_t k);
-  OptimizerReport optimise();
+  bool optimise();
   void score();
 
   const ScaleExperiment& experiment_;
@@ -145,15 +147,17 @@ class ScaleRun {
   double since_optimised_m_ = 0.0, odometry_sum_ = 0.0, run_sum_ = 0.0;
 };
 
-OptimizerReport ScaleRun::optimise() {
-  const CpuStopwatch watch;
+/// True when everything may have moved.
+bool ScaleRun::optimise() {
   const OptimizerReport report = graph_.optimize_recent();
   since_optimised_m_ = 0.0;
-  if (report.batch) {
-    ++row_.batches;
-    row_.longest_batch_ms = std::max(row_.longest_batch_ms, watch.elapsed_ms());
-  }
-  return report;
+  if (!report.batch) return false;
+  ++row_.batches;
+  row_.batches_ms += report.batch_cpu_ms;
+  row_.waited_ms += report.waited_ms;
+  row_.longest_batch_ms = std::max(row_.longest_batch_ms, report.batch_cpu_ms);
+  row_.longest_wait_ms = std::max(row_.longest_wait_ms, report.waited_ms);
+  return true;
 }
 
 void ScaleRun::advance(std::size_t k) {
@@ -161,7 +165,7 @@ void ScaleRun::advance(std::size_t k) {
   const std::optional<RelativePose> odometry = k == 0 ? std::nullopt : std::optional(drive_.odometry(k));
   KeyframeLandmarks landmarks = drive_.landmarks(k);
   std::size_t moved_from = k;
-  const CpuStopwatch solver;
+  const ThreadCpuStopwatch solver;
   if (!odometry) {
     graph_.add_keyframe(truth);
     graph_.add_prior(0, truth, start_covariance());
@@ -176,13 +180,13 @@ void ScaleRun::advance(std::size_t k) {
   anchor_.update(graph_);
   const auto loops = loops_.close(graph_);
   const bool closed = std::ranges::count(loops, LoopStatus::accepted, &LoopResult::status) > 0;
-  if (closed || since_optimised_m_ >= experiment_.optimise_every_m) {
-    const bool batch = optimise().batch;
+  if (closed || since_optimised_m_ >= experiment_.optimise_every_m || graph_.batch_is_ready()) {
+    const bool batch = optimise();
     const std::size_t window = static_cast<std::size_t>(PoseGraphOptions{}.window_m / experiment_.drive.step_m);
     moved_from = batch ? 0 : k - std::min(k, window);
   }
   solver_ms_.push_back(static_cast<float>(solver.elapsed_ms()));
-  const CpuStopwatch store;
+  const ThreadCpuStopwatch store;
   if (map_) map_->append(graph_, odometry, moved_from);
   store_ms_.push_back(static_cast<float>(store.elapsed_ms()));
   const Eigen::Vector3d newest = graph_.T_map_body(k).translation();
@@ -194,7 +198,7 @@ void ScaleRun::advance(std::size_t k) {
 void ScaleRun::score() {
   std::vector<std::size_t> all(row_.keyframes);
   std::iota(all.begin(), all.end(), 0U);
-  const CpuStopwatch watch;
+  const ThreadCpuStopwatch watch;
   const std::vector<Matrix6d> covariances = graph_.covariances(all);
   row_.covariances_ms = watch.elapsed_ms();
   const double n = static_cast<double>(row_.keyframes);
@@ -219,9 +223,11 @@ ScaleRow ScaleRun::finish() {
   row_.all = cost_of(solver_ms_, 0, n);
   row_.first_km = cost_of(solver_ms_, 0, km);
   row_.last_km = cost_of(solver_ms_, n - km, n);
-  row_.store_median_ms = cost_of(store_ms_, 0, n).median_ms;
+  const KeyframeCost store = cost_of(store_ms_, 0, n);
+  row_.store_median_ms = store.median_ms;
+  row_.store_longest_ms = store.longest_ms;
   if (map_) row_.map_mb_per_km = map_->size_mb() / row_.length_km;
-  const CpuStopwatch batch;
+  const ThreadCpuStopwatch batch;
   graph_.optimize();
   row_.final_batch_ms = batch.elapsed_ms();
   loops_.review(graph_);
@@ -242,6 +248,7 @@ void visit_figures(Row& row, const Visit& visit) {
     visit(part + "_median_ms", c.median_ms);
     visit(part + "_p99_ms", c.p99_ms);
     visit(part + "_mean_ms", c.mean_ms);
+    visit(part + "_longest_ms", c.longest_ms);
   };
   visit("length_km", row.length_km);
   visit("seed", row.seed);
@@ -251,8 +258,12 @@ void visit_figures(Row& row, const Visit& visit) {
   cost("first_km", row.first_km);
   cost("last_km", row.last_km);
   visit("store_median_ms", row.store_median_ms);
+  visit("store_longest_ms", row.store_longest_ms);
   visit("batches", row.batches);
   visit("longest_batch_ms", row.longest_batch_ms);
+  visit("batches_ms", row.batches_ms);
+  visit("longest_wait_ms", row.longest_wait_ms);
+  visit("waited_ms", row.waited_ms);
   visit("final_batch_ms", row.final_batch_ms);
   visit("covariances_ms", row.covariances_ms);
   visit("loops_accepted", row.loops_accepted);
@@ -309,6 +320,8 @@ std::size_t keyframes_of(const DriveOptions& drive) { return static_cast<std::si
 
 std::vector<ScaleRow> scale_experiment(const ScaleExperiment& experiment, const FinishedRuns* finished,
                                        const Progress& progress) {
+  // No helpers: what a keyframe costs is on the run's own thread, and what a batch costs on that of the batch.
+  const tbb::global_control no_helpers(tbb::global_control::max_allowed_parallelism, 1);
   std::size_t total = 0, done = 0;
   for (const DriveOptions& drive : drives_of(experiment)) total += keyframes_of(drive);
   std::vector<ScaleRow> rows;
@@ -330,7 +343,7 @@ std::vector<ScaleRow> scale_experiment(const ScaleExperiment& experiment, const 
 
 Table scale_table(const std::vector<ScaleRow>& rows) {
   Table table;
-  table.title = "Processor time per keyframe, memory, map and error over distance; no images.";
+  table.title = "Processor time of the run's own thread per keyframe, memory, map and error over distance; no images.";
   table.header = {"km",
                   "keyframes",
                   "median [ms]",
@@ -340,8 +353,11 @@ Table scale_table(const std::vector<ScaleRow>& rows) {
                   "last km: mean [ms]",
                   "first km: p99 [ms]",
                   "last km: p99 [ms]",
+                  "longest [ms]",
                   "batches",
-                  "longest [s]",
+                  "longest batch [s]",
+                  "all batches [s]",
+                  "waited for them [s]",
                   "final batch [s]",
                   "covariances [s]",
                   "variables",
@@ -362,8 +378,11 @@ Table scale_table(const std::vector<ScaleRow>& rows) {
                           fmt::format("{:.2f}", r.last_km.mean_ms),
                           fmt::format("{:.1f}", r.first_km.p99_ms),
                           fmt::format("{:.1f}", r.last_km.p99_ms),
+                          fmt::format("{:.0f}", r.all.longest_ms),
                           std::to_string(r.batches),
                           fmt::format("{:.2f}", 1e-3 * r.longest_batch_ms),
+                          fmt::format("{:.1f}", 1e-3 * r.batches_ms),
+                          fmt::format("{:.1f}", 1e-3 * r.waited_ms),
                           fmt::format("{:.2f}", 1e-3 * r.final_batch_ms),
                           fmt::format("{:.2f}", 1e-3 * r.covariances_ms),
                           std::to_string(r.variables),

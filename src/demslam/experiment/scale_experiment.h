@@ -23,9 +23,9 @@ struct ScaleExperiment {
   int features_per_keyframe = 100;                  ///< in the map: 64 signed bytes of descriptor each
 };
 
-/// Processor milliseconds per keyframe over a part of the way.
+/// Processor milliseconds of the run's own thread per keyframe over a part of the way.
 struct KeyframeCost {
-  double median_ms = 0.0, p99_ms = 0.0, mean_ms = 0.0;
+  double median_ms = 0.0, p99_ms = 0.0, mean_ms = 0.0, longest_ms = 0.0;
 };
 
 struct ScaleRow {
@@ -34,9 +34,11 @@ struct ScaleRow {
   std::size_t keyframes = 0;
   std::size_t variables = 0;  ///< that the graph holds at the end
   KeyframeCost all, first_km, last_km;
-  double store_median_ms = 0.0;
-  std::size_t batches = 0;  ///< in the run
-  double longest_batch_ms = 0.0, final_batch_ms = 0.0, covariances_ms = 0.0;
+  double store_median_ms = 0.0, store_longest_ms = 0.0;
+  std::size_t batches = 0;                          ///< beside the run
+  double longest_batch_ms = 0.0, batches_ms = 0.0;  ///< processor time of their threads: of one, of all
+  double longest_wait_ms = 0.0, waited_ms = 0.0;    ///< wall-clock time that the run stood still for one, for all
+  double final_batch_ms = 0.0, covariances_ms = 0.0;
   int loops_accepted = 0, loops_off = 0;
   double peak_memory_mb = 0.0;  ///< of the process so far
   double map_mb_per_km = 0.0;

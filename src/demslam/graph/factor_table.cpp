@@ -1,6 +1,7 @@
 #include "demslam/graph/factor_table.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace demslam {
 
@@ -14,6 +15,8 @@ void FactorTable::add(const Factor& factor, std::size_t oldest_keyframe) {
   rows_.at(oldest_keyframe).factors.push_back(factor);
   note(factor, oldest_keyframe);
 }
+
+void FactorTable::keep(gtsam::Key key) { last_[key] = std::numeric_limits<std::size_t>::max(); }
 
 void FactorTable::remove(const Factor& factor, std::size_t oldest_keyframe) {
   std::erase(rows_.at(oldest_keyframe).factors, factor);

@@ -20,6 +20,8 @@ class FactorTable {
   void add_keyframe() { rows_.emplace_back(); }
   void add(const Factor& factor, std::size_t oldest_keyframe);
   void remove(const Factor& factor, std::size_t oldest_keyframe);
+  /// Factors of any later keyframe may speak of this variable.
+  void keep(gtsam::Key key);
   /// The odometry that leaves a keyframe, compounded or not; null where there is none.
   void set_link(const Factor& factor, std::size_t keyframe);
 

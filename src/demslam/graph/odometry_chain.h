@@ -6,6 +6,7 @@
 
 #include "demslam/geometry/pose.h"
 #include "demslam/graph/odometry_factor.h"
+#include "demslam/graph/shared_history.h"
 
 namespace demslam {
 
@@ -20,7 +21,8 @@ struct CompoundMotion {
 };
 
 /// The measured motions between consecutive keyframes, compactly (some 350 bytes each), for good: what folded keyframes
-/// are unfolded from, and what the uncertainty between any two keyframes is read from without solving anything.
+/// are unfolded from, and what the uncertainty between any two keyframes is read from without solving anything. Copies
+/// share what does not change any more.
 class OdometryChain {
  public:
   /// Adds keyframe `size()`, not measured against the one before it until link() says so.
@@ -73,8 +75,8 @@ class OdometryChain {
   static Matrix6d unpack(const Packed& packed);
   Sums sums_at(std::size_t keyframe) const;
 
-  std::vector<Link> links_;
-  std::vector<Sums> sums_;  ///< at every kStride-th keyframe
+  SharedHistory<Link> links_;
+  SharedHistory<Sums> sums_;  ///< at every kStride-th keyframe
 };
 
 }  // namespace demslam

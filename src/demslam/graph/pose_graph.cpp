@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "demslam/base/error.h"
 #include "demslam/base/time.h"
@@ -19,8 +20,6 @@ namespace demslam {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-
-gtsam::Key systematic_key(std::size_t stretch) { return gtsam::Symbol('s', stretch); }
 
 gtsam::SharedNoiseModel gaussian(const Matrix6d& covariance) {
   return gtsam::noiseModel::Gaussian::Covariance(covariance);
@@ -36,6 +35,8 @@ gtsam::SharedNoiseModel systematic_noise(double scale_sigma, double rotation_sig
 }
 
 }  // namespace
+
+gtsam::Key systematic_key(std::size_t stretch) { return gtsam::Symbol('s', stretch); }
 
 void PoseGraph::State::check_tied() const {
   const auto loose = std::find(tied.begin(), tied.end(), false);
@@ -66,11 +67,11 @@ std::size_t PoseGraph::State::stretch_after(std::size_t keyframe) {
   return stretches++;
 }
 
-Vector4d PoseGraph::State::systematic(std::size_t stretch) const {
+Vector4d PoseGraphProblem::systematic(std::size_t stretch) const {
   return stretches == 0 ? Vector4d::Zero() : values.at<gtsam::Vector4>(systematic_key(stretch));
 }
 
-void PoseGraph::State::add(const FactorTable::Factor& factor) {
+void PoseGraphProblem::add(const FactorTable::Factor& factor) {
   std::size_t oldest = poses.size();
   for (const gtsam::Key key : factor->keys()) {
     if (!is_keyframe(key)) continue;
@@ -81,7 +82,7 @@ void PoseGraph::State::add(const FactorTable::Factor& factor) {
   factors.add(factor, oldest);
 }
 
-FactorTable::Factor PoseGraph::State::link(std::size_t a, std::size_t b) const {
+FactorTable::Factor PoseGraphProblem::link(std::size_t a, std::size_t b) const {
   const std::size_t stretch = stretch_of[b];
   const Vector4d s = systematic(stretch);
   const CompoundMotion motion = chain.compound(a, b, s);
@@ -94,15 +95,15 @@ FactorTable::Factor PoseGraph::State::link(std::size_t a, std::size_t b) const {
                                                     s, noise);
 }
 
-gtsam::NonlinearFactorGraph PoseGraph::State::problem() const {
+gtsam::NonlinearFactorGraph PoseGraphProblem::factor_graph() const {
   gtsam::NonlinearFactorGraph graph = past.factors();
   factors.append_to(graph, past.end(), factors.size());
   return graph;
 }
 
-OptimizerReport PoseGraph::State::solve(int max_iterations, double relative_tolerance) {
+OptimizerReport PoseGraphProblem::solve(int max_iterations, double relative_tolerance) {
   const Stopwatch watch;
-  const gtsam::NonlinearFactorGraph graph = problem();
+  const gtsam::NonlinearFactorGraph graph = factor_graph();
   gtsam::LevenbergMarquardtParams params;
   params.maxIterations = max_iterations;
   params.relativeErrorTol = relative_tolerance;
@@ -118,7 +119,7 @@ OptimizerReport PoseGraph::State::solve(int max_iterations, double relative_tole
   return report;
 }
 
-void PoseGraph::State::move_to(const gtsam::Values& solution) {
+void PoseGraphProblem::move_to(const gtsam::Values& solution) {
   values.update(solution);
   for (const gtsam::Key key : solution.keys()) {
     if (is_keyframe(key)) poses[key] = from_gtsam(solution.at<gtsam::Pose3>(key));
@@ -126,7 +127,10 @@ void PoseGraph::State::move_to(const gtsam::Values& solution) {
   place_folded(past.end() == 0 ? 0 : held_before(past.end()));
 }
 
-PoseGraph::PoseGraph(const PoseGraphOptions& options) : state_(std::make_unique<State>()) { state_->options = options; }
+PoseGraph::PoseGraph(const PoseGraphOptions& options, BatchLauncher launch) : state_(std::make_unique<State>()) {
+  state_->options = options;
+  state_->launch = std::move(launch);
+}
 PoseGraph::~PoseGraph() = default;
 PoseGraph::PoseGraph(PoseGraph&&) noexcept = default;
 
@@ -174,12 +178,14 @@ std::uint64_t PoseGraph::add_shared(const Eigen::Vector3d& sigma) {
   s.factors.add(boost::make_shared<gtsam::PriorFactor<gtsam::Vector3>>(key, gtsam::Vector3(gtsam::Vector3::Zero()),
                                                                        gtsam::noiseModel::Diagonal::Sigmas(sigma)),
                 size() - 1);
+  s.factors.keep(key);
   return key;
 }
 
 void PoseGraph::move(std::size_t first, const Pose& T_correction) {
   State& s = *state_;
   s.past = {};
+  s.under_way.reset();
   for (std::size_t k = first; k < size(); ++k) {
     s.poses[k] = T_correction * s.poses[k];
     if (s.values.exists(k)) s.values.update(gtsam::Key(k), to_gtsam(s.poses[k]));

@@ -3,6 +3,8 @@
 #include <boost/shared_ptr.hpp>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <future>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -43,6 +45,7 @@ struct PoseGraphOptions {
                                     ///< beyond which a batch switches a loop off
   double window_m = 100.0;          ///< path that optimize_recent() keeps in play
   double batch_every = 0.03;        ///< path between two batches in the run, as a share of the path so far
+  double batch_takes = 0.005;       ///< path from a batch's beginning until its result counts, as such a share
   int max_iterations = 100;
 };
 
@@ -50,23 +53,32 @@ struct OptimizerReport {
   double error_before = 0.0, error_after = 0.0;
   int iterations = 0;
   std::size_t factors = 0, variables = 0;  ///< in the problem solved
-  bool batch = false;
-  int loops_switched = 0;  ///< off, or on again
+  bool batch = false;                      ///< everything may have moved
+  int loops_switched = 0;                  ///< off, or on again
   double milliseconds = 0.0;
+  double waited_ms = 0.0;     ///< of them, until the thread of the batch was ready
+  double batch_cpu_ms = 0.0;  ///< processor time of that thread
 };
+
+/// Begins a batch somewhere, and tells when it is done.
+using BatchLauncher = std::function<std::future<void>(std::function<void()> batch)>;
+std::future<void> in_its_own_thread(std::function<void()> batch);
 
 /// Keyframe poses T_map_body and the factors between and on them; Levenberg-Marquardt (GTSAM, METIS ordering).
 /// Loop and unary factors carry robust kernels of their own; a factor knows its keyframes by index (gtsam::Key ==
-/// index). Same calls, same bytes, whatever the number of threads.
+/// index). Same calls, same bytes, whatever the number of threads and however fast each of them is.
 ///
 /// For the long run: optimize_window() or optimize_recent() while driving, at a cost that does not grow. What leaves
 /// the window is condensed for the window's sake, and folded for the batch's: of the keyframes behind it only those
 /// that carry more than odometry stay variables, the others follow from them. Nothing is lost: a factor on a folded
 /// keyframe makes it a variable again.
+///
+/// Batches in the run are solved beside it, over a copy of the graph. When their result counts follows from the path
+/// alone, not from when they are done: the run waits for them if it must.
 class PoseGraph {
  public:
-  explicit PoseGraph(const PoseGraphOptions& options = {});
-  ~PoseGraph();
+  explicit PoseGraph(const PoseGraphOptions& options = {}, BatchLauncher launch = in_its_own_thread);
+  ~PoseGraph();  ///< waits for a batch under way
   PoseGraph(PoseGraph&&) noexcept;
 
   /// Adds keyframe `size()` at an initial estimate and returns its index.
@@ -82,20 +94,26 @@ class PoseGraph {
   /// A three-vector that factors of any keyframe may share (a DEM's shift), with a zero-mean prior of these standard
   /// deviations. Returns its key.
   std::uint64_t add_shared(const Eigen::Vector3d& sigma);
-  /// T_map_body := T_correction * T_map_body from keyframe `first` on: a better place to begin the next optimize().
+  /// T_map_body := T_correction * T_map_body from keyframe `first` on: a better place to begin the next optimize(). A
+  /// batch under way is dropped, which knows nothing of it.
   void move(std::size_t first, const Pose& T_correction);
 
-  /// All keyframes in batch. Throws Error when a keyframe is tied to nothing (no prior, no odometry). Loops that
-  /// contradict the others are switched off, by graduated non-convexity over all loops ever added where they contradict
-  /// each other grossly, then one by one against all the rest; one switched off earlier may come back.
+  /// All keyframes in batch, from the result of the batch under way if there is one. Throws Error when a keyframe is
+  /// tied to nothing (no prior, no odometry). Loops that contradict the others are switched off, by graduated
+  /// non-convexity over all loops ever added where they contradict each other grossly, then one by one against all the
+  /// rest; one switched off earlier may come back.
   OptimizerReport optimize();
   /// Keyframes from `first` on, at a cost that depends on their number only: what is older is condensed, once, into a
   /// Gaussian on the window's boundary, and keeps its estimate. Factors added later to older keyframes (loop closures)
   /// wait for optimize(), which puts everything in play again. `first` may only grow between two calls of optimize().
   OptimizerReport optimize_window(std::size_t first);
-  /// The solver of the run: the window, or a batch where a loop that waits would move the estimate and the path has
-  /// grown enough since the last one that batches stay cheap per keyframe.
+  /// The solver of the run: the window. Begins a batch where a loop that waits would move the estimate and the path has
+  /// grown enough since the last one that batches stay cheap per keyframe. Once the path has grown by
+  /// options.batch_takes since, by a keyframe at least, its result counts: what the graph held then is where the batch
+  /// has it, later keyframes move along with the newest one of then, and the window reaches back to there for once.
   OptimizerReport optimize_recent();
+  /// True when the next optimize_recent() will move everything to where a batch has it.
+  bool batch_is_ready() const;
 
   std::size_t size() const;
   std::size_t variables() const;  ///< keyframes that are not folded, and systematic states

@@ -31,7 +31,7 @@ struct Marginals {
 void PoseGraph::State::note_newest() {
   const std::size_t newest = poses.size() - 1;
   const gtsam::Key state = gtsam::Symbol('s', stretch_of[newest]);
-  for_each_clique(*eliminated(*problem().linearize(values)),
+  for_each_clique(*eliminated(*factor_graph().linearize(values)),
                   [&](const auto& conditional, const CliqueCovariance& covariance) {
                     for (const gtsam::Key key : conditional.frontals()) {
                       if (key == state) systematic_covariance = covariance.block(key, key);

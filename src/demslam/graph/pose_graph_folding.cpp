@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "demslam/graph/gtsam_pose.h"
-#include "demslam/graph/pose_graph_state.h"
+#include "demslam/graph/pose_graph_problem.h"
 
 namespace demslam {
 namespace {
@@ -11,24 +11,24 @@ constexpr double kLongestPath_m = 50.0;  // and their path
 
 }  // namespace
 
-bool PoseGraph::State::foldable(std::size_t keyframe) const {
+bool PoseGraphProblem::foldable(std::size_t keyframe) const {
   return !held[keyframe] && keyframe + 1 < poses.size() && chain.linked(keyframe) && chain.linked(keyframe + 1) &&
          stretch_of[keyframe] == stretch_of[keyframe + 1];
 }
 
-std::size_t PoseGraph::State::held_before(std::size_t keyframe) const {
+std::size_t PoseGraphProblem::held_before(std::size_t keyframe) const {
   do --keyframe;
   while (folded[keyframe]);
   return keyframe;
 }
 
-std::size_t PoseGraph::State::held_after(std::size_t keyframe) const {
+std::size_t PoseGraphProblem::held_after(std::size_t keyframe) const {
   do ++keyframe;
   while (keyframe < folded.size() && folded[keyframe]);
   return keyframe;
 }
 
-void PoseGraph::State::fold_until(std::size_t end) {
+void PoseGraphProblem::fold_until(std::size_t end) {
   while (folded_until < end) {
     const std::size_t a = held_before(folded_until);
     while (folded_until < end && foldable(folded_until) && folded_until - a < kLongest &&
@@ -43,7 +43,7 @@ void PoseGraph::State::fold_until(std::size_t end) {
   }
 }
 
-void PoseGraph::State::unfold(std::size_t keyframe) {
+void PoseGraphProblem::unfold(std::size_t keyframe) {
   const std::size_t a = held_before(keyframe), b = held_after(keyframe);
   folded[keyframe] = false;
   values.insert(keyframe, to_gtsam(poses[keyframe]));
@@ -51,7 +51,7 @@ void PoseGraph::State::unfold(std::size_t keyframe) {
   factors.set_link(link(keyframe, b), keyframe);
 }
 
-void PoseGraph::State::place_folded(std::size_t begin) {
+void PoseGraphProblem::place_folded(std::size_t begin) {
   for (std::size_t a = begin, b; (b = held_after(a)) < poses.size(); a = b) {
     if (b == a + 1) continue;
     const auto between = chain.between(a, b, poses[a], poses[b], systematic(stretch_of[b]));

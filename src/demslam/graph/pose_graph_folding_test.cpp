@@ -103,8 +103,16 @@ TEST(OptimizeRecent, ABatchComesOnlyWhenALoopTellsSomethingNew) {
   EXPECT_FALSE(graph.optimize_recent().batch);
   Random random(5);
   graph.add_loop(between(truth, 0, 400, kLoop, random));
+  EXPECT_FALSE(graph.optimize_recent().batch);  // it has begun
+  EXPECT_FALSE(graph.batch_is_ready());
+  for (int k = 0; k < 3; ++k) {  // 0.5 % of 400 m
+    graph.add_keyframe(graph.T_map_body(graph.size() - 1) * (truth[0].inverse() * truth[1]));
+    graph.add_odometry({graph.size() - 2, graph.size() - 1, truth[0].inverse() * truth[1], kOdometry});
+  }
+  EXPECT_TRUE(graph.batch_is_ready());
   EXPECT_TRUE(graph.optimize_recent().batch);
   EXPECT_EQ(graph.batches(), 1U);
+  EXPECT_FALSE(graph.batch_is_ready());
   EXPECT_FALSE(graph.optimize_recent().batch);
 }
 

@@ -110,26 +110,26 @@ bool PoseGraph::loop_is_on(std::size_t loop) const { return state_->loops.at(loo
 std::size_t PoseGraph::add_loop(std::vector<RelativePose> measurements) {
   State& s = *state_;
   for (const RelativePose& m : measurements) s.tied.at(m.j) = true;
-  s.loops.push_back({std::move(measurements), {}});
+  s.loops.push_back({std::make_shared<const std::vector<RelativePose>>(std::move(measurements)), {}});
   s.weigh(s.loops.back(), 1.0);
   ++s.loops_waiting;
   return s.loops.size() - 1;
 }
 
-double PoseGraph::State::misfit(const Loop& loop) const {
+double PoseGraphProblem::misfit(const Loop& loop) const {
   double sum = 0.0;
-  for (const RelativePose& m : loop.measurements) {
+  for (const RelativePose& m : *loop.measurements) {
     const Vector6d deviation = (m.T_i_j.inverse() * poses[m.i].inverse() * poses[m.j]).log();
     sum += deviation.dot(m.covariance.ldlt().solve(deviation));
   }
-  return sum / static_cast<double>(loop.measurements.size());
+  return sum / static_cast<double>(loop.measurements->size());
 }
 
-void PoseGraph::State::weigh(Loop& loop, double weight) {
+void PoseGraphProblem::weigh(Loop& loop, double weight) {
   for (const auto& factor : loop.factors) factors.remove(factor, std::min(factor->keys()[0], factor->keys()[1]));
   loop.factors.clear();
   if (weight <= 0.0) return;
-  for (const RelativePose& m : loop.measurements) {
+  for (const RelativePose& m : *loop.measurements) {
     const gtsam::SharedNoiseModel gaussian = gtsam::noiseModel::Gaussian::Covariance(m.covariance / weight);
     const auto cauchy = gtsam::noiseModel::mEstimator::Cauchy::Create(options.loop_kernel_sigmas);
     const auto robust = gtsam::noiseModel::Robust::Create(cauchy, gaussian);
@@ -139,18 +139,18 @@ void PoseGraph::State::weigh(Loop& loop, double weight) {
   }
 }
 
-std::vector<bool> PoseGraph::State::loops_on() const {
+std::vector<bool> PoseGraphProblem::loops_on() const {
   std::vector<bool> on;
   for (const Loop& loop : loops) on.push_back(loop.is_on());
   return on;
 }
 
-bool PoseGraph::State::loops_fit() const {
+bool PoseGraphProblem::loops_fit() const {
   return std::ranges::all_of(loops,
                              [&](const Loop& loop) { return loop.is_on() == (misfit(loop) <= options.loop_gate); });
 }
 
-void PoseGraph::State::graduate() {
+void PoseGraphProblem::graduate() {
   std::vector<double> squared(loops.size());
   const auto solve_and_look = [&] {
     solve(kGraduatedIterations);
@@ -172,12 +172,12 @@ void PoseGraph::State::graduate() {
   for (std::size_t l = 0; l < loops.size(); ++l) weigh(loops[l], squared[l] <= options.loop_gate ? kNoKernel : 0.0);
 }
 
-std::vector<double> PoseGraph::State::against_the_rest() const {
-  gtsam::GaussianFactorGraph graph = *problem().linearize(values);
+std::vector<double> PoseGraphProblem::against_the_rest() const {
+  gtsam::GaussianFactorGraph graph = *factor_graph().linearize(values);
   std::unordered_multimap<gtsam::Key, std::size_t> loops_at;
   for (std::size_t l = 0; l < loops.size(); ++l) {
     std::map<gtsam::Key, gtsam::Matrix> nothing;  // says nothing of its keyframes, and makes them one clique
-    for (const RelativePose& m : loops[l].measurements)
+    for (const RelativePose& m : *loops[l].measurements)
       for (const std::size_t k : {m.i, m.j}) nothing.emplace(k, gtsam::Matrix::Zero(1, 6));
     for (const auto& [key, zero] : nothing) loops_at.emplace(key, l);
     graph.emplace_shared<gtsam::JacobianFactor>(nothing, gtsam::Vector::Zero(1));
@@ -190,8 +190,8 @@ std::vector<double> PoseGraph::State::against_the_rest() const {
     for (const gtsam::Key key : conditional.frontals()) {
       for (auto [at, end] = loops_at.equal_range(key); at != end; ++at) {
         const std::size_t l = at->second;
-        if (tested[l] || !holds_all(joint, loops[l].measurements)) continue;
-        const LinearLoop loop(loops[l].measurements, poses, step);
+        if (tested[l] || !holds_all(joint, *loops[l].measurements)) continue;
+        const LinearLoop loop(*loops[l].measurements, poses, step);
         chi_squares[l] = loop.displacement(loop.covariance(joint), loops[l].is_on());
         tested[l] = true;
       }
@@ -200,7 +200,7 @@ std::vector<double> PoseGraph::State::against_the_rest() const {
   return chi_squares;
 }
 
-double PoseGraph::State::gate_of(const std::vector<double>& chi_squares) const {
+double PoseGraphProblem::gate_of(const std::vector<double>& chi_squares) const {
   std::vector<double> on;
   for (std::size_t l = 0; l < loops.size(); ++l) {
     if (loops[l].is_on()) on.push_back(chi_squares[l]);
@@ -209,7 +209,7 @@ double PoseGraph::State::gate_of(const std::vector<double>& chi_squares) const {
   return options.loop_gate * std::max(1.0, variance);
 }
 
-bool PoseGraph::State::leave_out_the_worst(const std::vector<double>& chi_squares) {
+bool PoseGraphProblem::leave_out_the_worst(const std::vector<double>& chi_squares) {
   double worst = gate_of(chi_squares);
   Loop* loop = nullptr;
   for (std::size_t l = 0; l < loops.size(); ++l) {
@@ -221,7 +221,7 @@ bool PoseGraph::State::leave_out_the_worst(const std::vector<double>& chi_square
   return loop != nullptr;
 }
 
-bool PoseGraph::State::take_back(const std::vector<double>& chi_squares) {
+bool PoseGraphProblem::take_back(const std::vector<double>& chi_squares) {
   const double gate = gate_of(chi_squares);
   bool any = false;
   for (std::size_t l = 0; l < loops.size(); ++l) {
@@ -232,7 +232,7 @@ bool PoseGraph::State::take_back(const std::vector<double>& chi_squares) {
   return any;
 }
 
-bool PoseGraph::State::snoop() {
+bool PoseGraphProblem::snoop() {
   for (bool taken_back = false, any = false;; any = true) {
     const std::vector<double> chi_squares = against_the_rest();
     bool changed = leave_out_the_worst(chi_squares);
@@ -245,7 +245,7 @@ bool PoseGraph::State::snoop() {
   }
 }
 
-bool PoseGraph::State::sort_out_loops() {
+bool PoseGraphProblem::sort_out_loops() {
   const bool fit = loops_fit();
   if (fit) {
     for (Loop& loop : loops) weigh(loop, loop.is_on() ? kNoKernel : 0.0);

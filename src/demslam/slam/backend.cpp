@@ -222,7 +222,8 @@ struct Backend::State {
     record.loop = best_of(keyframe.loops);
     record.loop_ms = loop.elapsed_ms();
     const Stopwatch optimization;
-    record.optimized = moved || optimization_is_due(record.loop) || has_accepted(keyframe.earlier_map);
+    record.optimized =
+        moved || optimization_is_due(record.loop) || has_accepted(keyframe.earlier_map) || graph.batch_is_ready();
     if (record.optimized) moved ? graph.optimize() : graph.optimize_recent();
     record.optimize_ms = optimization.elapsed_ms();
   }
