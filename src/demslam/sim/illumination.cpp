@@ -114,7 +114,7 @@ void Illumination::light(RTCScene scene, const int* valid, const Hits& hits, std
   other_light(scene, valid, hits, lamp, radiance);
 }
 
-void Illumination::light_further(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, int per_pixel,
+void Illumination::light_further(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key,
                                  const Vector3f& lamp, float* radiance) const {
   groundlight(valid, hits, radiance);
   alignas(64) int facing[kPacket];
@@ -122,8 +122,7 @@ void Illumination::light_further(RTCScene scene, const int* valid, const Hits& h
   if (turn_to_sun(valid, hits, mu0, facing)) {
     Eigen::Vector2f points[kPacket];
     for (int i = 0; i < kPacket; ++i) {
-      const int sample = (kSunRays - per_pixel) / 2 + i % per_pixel;
-      points[i] = disc_point(sample, key + static_cast<std::uint64_t>(i / per_pixel));
+      points[i] = disc_point(i % kSunRays, key + static_cast<std::uint64_t>(i / kSunRays));
     }
     probe_sun(scene, facing, hits, points, free);
     reflect(hits, mu0, free, radiance);
@@ -185,15 +184,11 @@ void Illumination::probe_sun(RTCScene scene, const int* facing, const Hits& hits
 }
 
 bool Illumination::penumbra_shows(RTCScene scene, const int* shadowed, const Hits& hits) const {
-  alignas(64) RTCRayHit16 packet;
-  packet.ray = shadow_rays(hits, sun_);
-  for (int i = 0; i < kPacket; ++i) packet.hit.geomID[i] = packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectArguments arguments;
-  rtcInitIntersectArguments(&arguments);
-  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  rtcIntersect16(shadowed, scene, &packet, &arguments);
+  alignas(64) RTCRay16 rays = shadow_rays(hits, sun_);
+  for (int i = 0; i < kPacket; ++i) rays.tfar[i] = 0.5F * hits.footprint[i] / disc_;
+  cast_shadows(scene, shadowed, rays);
   for (int i = 0; i < kPacket; ++i) {
-    if (shadowed[i] != 0 && disc_ * packet.ray.tfar[i] > 0.5F * hits.footprint[i]) return true;
+    if (shadowed[i] != 0 && rays.tfar[i] >= 0.0F) return true;
   }
   return false;
 }

@@ -37,10 +37,9 @@ class Illumination {
   /// lamp stands at `lamp` relative to the scene's origin. Also tells how the hits stand to the sun.
   void light(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, const Eigen::Vector3f& lamp,
              float* radiance, Sunlight* sun) const;
-  /// The same for further rays of pixels, `per_pixel` of them side by side (2 or 4): each looks at one point of the
-  /// sun's disc, those of a pixel at different ones.
-  void light_further(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, int per_pixel,
-                     const Eigen::Vector3f& lamp, float* radiance) const;
+  /// The same for further rays of pixels, four of a pixel side by side, which look at four points of the sun's disc.
+  void light_further(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, const Eigen::Vector3f& lamp,
+                     float* radiance) const;
   /// The same without any rays, where the sun is known to be in sight or not: without a lamp and an Earth.
   void light_unbroken(const int* valid, const Hits& hits, bool is_lit, float* radiance) const;
   /// Whether light() is the sun's and the ground's alone.

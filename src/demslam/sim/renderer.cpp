@@ -285,12 +285,10 @@ void Renderer::World::smooth(const View& view) const {
   if (!illumination.is_sun_only()) {
     for (RoughPixel& pixel : rough) pixel.kind = RoughPixel::Kind::traced;
   }
+  constexpr std::size_t kTogether = kPacket / kFurtherRays;
   std::vector<std::size_t> starts;
   for (std::size_t i = 0; i < rough.size(); ++i) {
-    if (starts.empty() || rough[i].kind != rough[starts.back()].kind ||
-        i == starts.back() + kPacket / rough[i].further_rays()) {
-      starts.push_back(i);
-    }
+    if (starts.empty() || i == starts.back() + kTogether || rough[i].kind != rough[i - 1].kind) starts.push_back(i);
   }
   starts.push_back(rough.size());
   tbb::parallel_for(std::size_t{1}, starts.size(), [&](std::size_t k) {
@@ -302,20 +300,19 @@ void Renderer::World::smooth(const View& view) const {
 void Renderer::World::smooth(const View& view, const RoughPixel* pixels, int count) const {
   Rendering& out = view.out;
   const auto width = static_cast<std::size_t>(out.width);
-  const int per_pixel = pixels->further_rays();
   Packet packet{.key = (std::uint64_t{1} << 63) + pixels->pixel * kPacket};
   for (int i = 0; i < kPacket; ++i) {
-    const std::size_t pixel = pixels[std::min(i / per_pixel, count - 1)].pixel;
+    const std::size_t pixel = pixels[std::min(i / kFurtherRays, count - 1)].pixel;
     packet.u[i] = static_cast<int>(pixel % width);
     packet.v[i] = static_cast<int>(pixel / width);
-    packet.pass[i] = whole_image + i % per_pixel;
-    packet.valid[i] = i < count * per_pixel ? -1 : 0;
+    packet.pass[i] = whole_image + i % kFurtherRays;
+    packet.valid[i] = i < count * kFurtherRays ? -1 : 0;
   }
   aim(view, packet);
   float radiance[kPacket] = {};
-  if (pixels->is_cast()) {
+  if (pixels->kind == RoughPixel::Kind::traced) {
     intersect(rays.handle(), packet);
-    illumination.light_further(rays.handle(), packet.valid, hits_of(packet, view.pixel_angle()), packet.key, per_pixel,
+    illumination.light_further(rays.handle(), packet.valid, hits_of(packet, view.pixel_angle()), packet.key,
                                relative(lamp), radiance);
   } else {
     meet_planes(view, packet);
@@ -324,8 +321,8 @@ void Renderer::World::smooth(const View& view, const RoughPixel* pixels, int cou
   }
   for (int k = 0; k < count; ++k) {
     float& mean = out.radiance[pixels[k].pixel];
-    const float* of_pixel = radiance + static_cast<std::ptrdiff_t>(k) * per_pixel;
-    mean = std::accumulate(of_pixel, of_pixel + per_pixel, mean) / static_cast<float>(1 + per_pixel);
+    const float* of_pixel = radiance + static_cast<std::ptrdiff_t>(k) * kFurtherRays;
+    mean = std::accumulate(of_pixel, of_pixel + kFurtherRays, mean) / static_cast<float>(1 + kFurtherRays);
   }
 }
 

@@ -1,6 +1,7 @@
 #include "demslam/sim/rough_pixels.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -12,6 +13,7 @@ constexpr float kUnbroken = 0.005F;                  // ground bends by less fro
 constexpr std::size_t kBlock = 4;                    // pixels whose rays stay together
 
 using Kind = RoughPixel::Kind;
+constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::shadowed) + 1;
 
 /// 1 for the pixels that differ from a neighbour in brightness.
 std::vector<std::uint8_t> differing(const Rendering& image) {
@@ -48,10 +50,10 @@ Kind kind_of(const Rendering& image, const std::vector<CentreHit>& centres, std:
     any_light |= centres[i].sun == Sunlight::lit || centres[i].sun == Sunlight::partly;
     any_shadow |= centres[i].sun == Sunlight::shadowed || centres[i].sun == Sunlight::partly;
   }
-  if (!is_straight(image, pixel - 1, pixel, pixel + 1) || !is_straight(image, pixel - width, pixel, pixel + width)) {
+  if (any_light == any_shadow || !is_straight(image, pixel - 1, pixel, pixel + 1) ||
+      !is_straight(image, pixel - width, pixel, pixel + width)) {
     return Kind::traced;
   }
-  if (any_light == any_shadow) return Kind::edge;
   return any_light ? Kind::lit : Kind::shadowed;
 }
 
@@ -60,18 +62,21 @@ Kind kind_of(const Rendering& image, const std::vector<CentreHit>& centres, std:
 std::vector<RoughPixel> rough_pixels(const Rendering& image, const std::vector<CentreHit>& centres) {
   const std::vector<std::uint8_t> differs = differing(image);
   const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
-  std::vector<RoughPixel> rough;
+  std::array<std::vector<RoughPixel>, kKinds> of_kind;
   const auto add_block = [&](std::size_t top, std::size_t left) {
     for (std::size_t v = top; v < std::min(top + kBlock, height); ++v) {
       for (std::size_t i = v * width + left; i < v * width + std::min(left + kBlock, width); ++i) {
-        if (differs[i] != 0) rough.push_back({i, kind_of(image, centres, i)});
+        if (differs[i] == 0) continue;
+        const Kind kind = kind_of(image, centres, i);
+        of_kind[static_cast<std::size_t>(kind)].push_back({i, kind});
       }
     }
   };
   for (std::size_t top = 0; top < height; top += kBlock) {
     for (std::size_t left = 0; left < width; left += kBlock) add_block(top, left);
   }
-  std::stable_sort(rough.begin(), rough.end(), [](const auto& a, const auto& b) { return a.kind < b.kind; });
+  std::vector<RoughPixel> rough;
+  for (const auto& pixels : of_kind) rough.insert(rough.end(), pixels.begin(), pixels.end());
   return rough;
 }
 

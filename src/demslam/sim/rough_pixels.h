@@ -22,17 +22,12 @@ struct CentreHit {
 /// A pixel whose mean one ray does not give.
 struct RoughPixel {
   enum class Kind : std::uint8_t {
-    traced,   ///< an outline or a bend: rays have to be cast
-    edge,     ///< unbroken ground on the edge of a shadow: rays have to be cast, too
+    traced,   ///< an outline, a bend or the edge of a shadow: rays have to be cast
     lit,      ///< unbroken ground, sunlit all around: only its texture has to be looked up
     shadowed  ///< unbroken ground, in shadow all around
   };
   std::size_t pixel;
   Kind kind;
-
-  bool is_cast() const { return kind == Kind::traced || kind == Kind::edge; }
-  /// Outlines are looked at more closely than texture and the edges of shadows.
-  int further_rays() const { return kind == Kind::traced ? 4 : 2; }
 };
 
 /// The pixels that differ from a neighbour in brightness by a quarter; those of a kind together, in blocks of four by
