@@ -35,7 +35,7 @@ struct Drive {
 };
 
 void stereo_pair(benchmark::State& state) {
-  Drive drive(static_cast<int>(state.range(0)), static_cast<double>(state.range(1)));
+  Drive drive(static_cast<int>(state.range(0)), 0.1 * static_cast<double>(state.range(1)));
   drive.renderer.centre_on({4.0, 0.0});
   const Pose T_map_left = drive.T_map_left(0.0);
   for (auto _ : state) {
@@ -48,8 +48,8 @@ void stereo_pair(benchmark::State& state) {
                                                   benchmark::Counter::kIsIterationInvariantRate);
 }
 BENCHMARK(stereo_pair)
-    ->ArgNames({"px", "sun_deg"})
-    ->ArgsProduct({{512, 1024}, {30, 5}})
+    ->ArgNames({"px", "sun_tenths_deg"})
+    ->ArgsProduct({{512, 1024}, {300, 150, 50, 15}})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime()
     ->MeasureProcessCPUTime();

@@ -46,6 +46,12 @@ Vector3f at(const Triples& triples, int i) { return {triples.x[i], triples.y[i],
 
 Vector3f shadow_start(const Hits& hits, int i) { return at(hits.position, i) + hits.offset[i] * at(hits.normal, i); }
 
+/// Cosines of the angles between a packet's directions and one direction.
+void cosines(const Triples& directions, const Vector3f& to, float* out) {
+  for (int i = 0; i < kPacket; ++i)
+    out[i] = directions.x[i] * to.x() + directions.y[i] * to.y() + directions.z[i] * to.z();
+}
+
 /// Rays from the hits into one direction.
 RTCRay16 shadow_rays(const Hits& hits, const Vector3f& direction) {
   RTCRay16 rays;
@@ -102,7 +108,45 @@ Illumination::Illumination(const LightOptions& light)
 }
 
 void Illumination::light(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, const Vector3f& lamp,
-                         float* radiance) const {
+                         float* radiance, Sunlight* sun) const {
+  groundlight(valid, hits, radiance);
+  sunlight(scene, valid, hits, key, radiance, sun);
+  other_light(scene, valid, hits, lamp, radiance);
+}
+
+void Illumination::light_further(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key,
+                                 const Vector3f& lamp, float* radiance) const {
+  groundlight(valid, hits, radiance);
+  alignas(64) int facing[kPacket];
+  float mu0[kPacket], free[kPacket] = {};
+  if (turn_to_sun(valid, hits, mu0, facing)) {
+    Eigen::Vector2f points[kPacket];
+    for (int i = 0; i < kPacket; ++i) {
+      points[i] = disc_point(i % kSunRays, key + static_cast<std::uint64_t>(i / kSunRays));
+    }
+    probe_sun(scene, facing, hits, points, free);
+    reflect(hits, mu0, free, radiance);
+  }
+  other_light(scene, valid, hits, lamp, radiance);
+}
+
+void Illumination::other_light(RTCScene scene, const int* valid, const Hits& hits, const Vector3f& lamp,
+                               float* radiance) const {
+  if (earthshine_ > 0.0F) earthlight(scene, valid, hits, radiance);
+  if (lamp_ > 0.0F) lamplight(scene, valid, hits, lamp, radiance);
+}
+
+void Illumination::light_unbroken(const int* valid, const Hits& hits, bool is_lit, float* radiance) const {
+  groundlight(valid, hits, radiance);
+  if (!is_lit) return;
+  int facing[kPacket];
+  float mu0[kPacket], share[kPacket];
+  turn_to_sun(valid, hits, mu0, facing);
+  for (int i = 0; i < kPacket; ++i) share[i] = facing[i] != 0 ? 1.0F : 0.0F;
+  reflect(hits, mu0, share, radiance);
+}
+
+void Illumination::groundlight(const int* valid, const Hits& hits, float* radiance) const {
   for (int i = 0; i < kPacket; ++i) {
     radiance[i] = 0.0F;
     if (valid[i] == 0 || fill_ <= 0.0F) continue;
@@ -111,16 +155,24 @@ void Illumination::light(RTCScene scene, const int* valid, const Hits& hits, std
         ground_.at(hits.position.x[i] + kBefore * hits.normal.x[i], hits.position.y[i] + kBefore * hits.normal.y[i]);
     radiance[i] = fill_ * view_factor * brightness * hits.albedo[i];
   }
-  sunlight(scene, valid, hits, key, radiance);
-  if (earthshine_ > 0.0F) earthlight(scene, valid, hits, radiance);
-  if (lamp_ > 0.0F) lamplight(scene, valid, hits, lamp, radiance);
 }
 
-void Illumination::probe_sun(RTCScene scene, const int* facing, const Hits& hits, std::uint64_t key, int sample,
+/// Cosines of incidence, and the lanes that face the sun; whether there are any.
+bool Illumination::turn_to_sun(const int* valid, const Hits& hits, float* mu0, int* facing) const {
+  cosines(hits.normal, sun_, mu0);
+  bool any = false;
+  for (int i = 0; i < kPacket; ++i) {
+    facing[i] = valid[i] != 0 && mu0[i] > 0.0F ? -1 : 0;
+    any |= facing[i] != 0;
+  }
+  return any;
+}
+
+void Illumination::probe_sun(RTCScene scene, const int* facing, const Hits& hits, const Eigen::Vector2f* points,
                              float* free) const {
   RTCRay16 rays = shadow_rays(hits, sun_);
   for (int i = 0; i < kPacket && disc_ > 0.0F; ++i) {
-    const Eigen::Vector2f& point = disc_point(sample, key + static_cast<std::uint64_t>(i));
+    const Eigen::Vector2f& point = points[i];
     rays.dir_x[i] += point.x() * sun_right_.x() + point.y() * sun_up_.x();
     rays.dir_y[i] += point.x() * sun_right_.y() + point.y() * sun_up_.y();
     rays.dir_z[i] += point.x() * sun_right_.z() + point.y() * sun_up_.z();
@@ -132,35 +184,33 @@ void Illumination::probe_sun(RTCScene scene, const int* facing, const Hits& hits
 }
 
 bool Illumination::penumbra_shows(RTCScene scene, const int* shadowed, const Hits& hits) const {
-  alignas(64) RTCRayHit16 packet;
-  packet.ray = shadow_rays(hits, sun_);
-  for (int i = 0; i < kPacket; ++i) packet.hit.geomID[i] = packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectArguments arguments;
-  rtcInitIntersectArguments(&arguments);
-  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  rtcIntersect16(shadowed, scene, &packet, &arguments);
+  alignas(64) RTCRay16 rays = shadow_rays(hits, sun_);
+  for (int i = 0; i < kPacket; ++i) rays.tfar[i] = 0.5F * hits.footprint[i] / disc_;
+  cast_shadows(scene, shadowed, rays);
   for (int i = 0; i < kPacket; ++i) {
-    if (shadowed[i] != 0 && disc_ * packet.ray.tfar[i] > 0.5F * hits.footprint[i]) return true;
+    if (shadowed[i] != 0 && rays.tfar[i] >= 0.0F) return true;
   }
   return false;
 }
 
 /// One ray to the sun per hit; a packet on the edge of a shadow that is soft enough then looks at the whole disc.
-void Illumination::sunlight(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key,
-                            float* radiance) const {
+void Illumination::sunlight(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, float* radiance,
+                            Sunlight* sun) const {
   alignas(64) int facing[kPacket], shadowed[kPacket];
-  float mu0[kPacket], mu[kPacket], free[kPacket] = {}, rays = 1.0F;
-  bool any = false, some_dark = false, some_lit = false;
-  for (int i = 0; i < kPacket; ++i) {
-    mu0[i] = hits.normal.x[i] * sun_.x() + hits.normal.y[i] * sun_.y() + hits.normal.z[i] * sun_.z();
-    facing[i] = valid[i] != 0 && mu0[i] > 0.0F ? -1 : 0;
-    any |= facing[i] != 0;
-  }
-  if (!any) return;
+  float mu0[kPacket], free[kPacket] = {}, rays = 1.0F;
+  std::fill_n(sun, kPacket, Sunlight::turned_away);
+  if (!turn_to_sun(valid, hits, mu0, facing)) return;
+  const auto probe = [&](int sample) {
+    Eigen::Vector2f points[kPacket];
+    for (int i = 0; i < kPacket; ++i) points[i] = disc_point(sample, key + static_cast<std::uint64_t>(i));
+    probe_sun(scene, facing, hits, points, free);
+  };
   constexpr int kFirst = kSunRays / 2;
-  probe_sun(scene, facing, hits, key, kFirst, free);
+  probe(kFirst);
+  bool some_dark = false, some_lit = false;
   for (int i = 0; i < kPacket; ++i) {
     shadowed[i] = facing[i] != 0 && free[i] == 0.0F ? -1 : 0;
+    if (shadowed[i] != 0) sun[i] = Sunlight::shadowed;
     some_dark |= shadowed[i] != 0;
     some_lit |= free[i] != 0.0F;
   }
@@ -168,14 +218,22 @@ void Illumination::sunlight(RTCScene scene, const int* valid, const Hits& hits, 
   if (disc_ > 0.0F && some_dark && penumbra_shows(scene, shadowed, hits)) {
     rays = kSunRays;
     for (int sample = 0; sample < kSunRays; ++sample) {
-      if (sample != kFirst) probe_sun(scene, facing, hits, key, sample, free);
+      if (sample != kFirst) probe(sample);
     }
   }
-  dot(hits.normal, hits.to_eye, mu);
   for (int i = 0; i < kPacket; ++i) {
-    if (free[i] == 0.0F) continue;
-    const float cos_phase = hits.to_eye.x[i] * sun_.x() + hits.to_eye.y[i] * sun_.y() + hits.to_eye.z[i] * sun_.z();
-    radiance[i] += free[i] / rays * hits.albedo[i] * reflectance_(mu0[i], mu[i], cos_phase);
+    if (free[i] > 0.0F) sun[i] = free[i] == rays ? Sunlight::lit : Sunlight::partly;
+    free[i] /= rays;
+  }
+  reflect(hits, mu0, free, radiance);
+}
+
+void Illumination::reflect(const Hits& hits, const float* mu0, const float* share, float* radiance) const {
+  float mu[kPacket], cos_phase[kPacket];
+  dot(hits.normal, hits.to_eye, mu);
+  cosines(hits.to_eye, sun_, cos_phase);
+  for (int i = 0; i < kPacket; ++i) {
+    if (share[i] > 0.0F) radiance[i] += share[i] * hits.albedo[i] * reflectance_(mu0[i], mu[i], cos_phase[i]);
   }
 }
 

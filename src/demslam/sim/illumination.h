@@ -16,6 +16,9 @@ namespace demslam {
 void set_ray(RTCRay16& rays, int i, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float near,
              float far);
 
+/// How a surface stands to the sun; `turned_away` does not say whether anything is in between.
+enum class Sunlight : std::uint8_t { turned_away, shadowed, partly, lit };
+
 /// Casts shadow rays; those that are blocked come back with a negative length.
 void cast_shadows(RTCScene scene, const int* valid, RTCRay16& rays);
 
@@ -31,17 +34,31 @@ class Illumination {
   /// To be called when the surroundings have changed.
   void look_around(const Clipmap& clipmap, RTCScene scene) { ground_.build(clipmap, scene, sun_); }
   /// Radiance (I/F) towards the eye of the hits whose `valid` is not zero. `key` differs from packet to packet; the
-  /// lamp stands at `lamp` relative to the scene's origin.
+  /// lamp stands at `lamp` relative to the scene's origin. Also tells how the hits stand to the sun.
   void light(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, const Eigen::Vector3f& lamp,
-             float* radiance) const;
+             float* radiance, Sunlight* sun) const;
+  /// The same for further rays of pixels, four of a pixel side by side, which look at four points of the sun's disc.
+  void light_further(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, const Eigen::Vector3f& lamp,
+                     float* radiance) const;
+  /// The same without any rays, where the sun is known to be in sight or not: without a lamp and an Earth.
+  void light_unbroken(const int* valid, const Hits& hits, bool is_lit, float* radiance) const;
+  /// Whether light() is the sun's and the ground's alone.
+  bool is_sun_only() const { return earthshine_ <= 0.0F && lamp_ <= 0.0F; }
 
  private:
-  void sunlight(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, float* radiance) const;
+  bool turn_to_sun(const int* valid, const Hits& hits, float* mu0, int* facing) const;
+  void groundlight(const int* valid, const Hits& hits, float* radiance) const;
+  void sunlight(RTCScene scene, const int* valid, const Hits& hits, std::uint64_t key, float* radiance,
+                Sunlight* sun) const;
+  void other_light(RTCScene scene, const int* valid, const Hits& hits, const Eigen::Vector3f& lamp,
+                   float* radiance) const;
+  /// Adds the sun's light, of which each hit sees a share.
+  void reflect(const Hits& hits, const float* mu0, const float* share, float* radiance) const;
   void lamplight(RTCScene scene, const int* valid, const Hits& hits, const Eigen::Vector3f& lamp,
                  float* radiance) const;
   void earthlight(RTCScene scene, const int* valid, const Hits& hits, float* radiance) const;
-  /// Adds 1 to the lanes whose ray to a point of the sun's disc is free.
-  void probe_sun(RTCScene scene, const int* facing, const Hits& hits, std::uint64_t key, int sample, float* free) const;
+  /// Adds 1 to the lanes whose ray to a point of the sun's disc is free; each lane has its point.
+  void probe_sun(RTCScene scene, const int* facing, const Hits& hits, const Eigen::Vector2f* points, float* free) const;
   /// Whether something casts a shadow on one of the lanes from so far that its penumbra is wider than half a pixel.
   bool penumbra_shows(RTCScene scene, const int* shadowed, const Hits& hits) const;
 

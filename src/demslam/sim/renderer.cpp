@@ -8,12 +8,13 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
-#include <utility>
 
 #include "demslam/sim/clipmap.h"
 #include "demslam/sim/illumination.h"
 #include "demslam/sim/lens.h"
+#include "demslam/sim/ray_passes.h"
 #include "demslam/sim/ray_scene.h"
+#include "demslam/sim/rough_pixels.h"
 
 namespace demslam {
 namespace {
@@ -27,7 +28,6 @@ constexpr int kMoments = 5;  // of an exposure, with one ray per pixel
 // Shadows start this far off the surface: nearly the same from near and far, or their edges would wander as the rover
 // approaches, by eleven times the difference under a sun 5 degrees high.
 constexpr float kShadowOffset = 1e-3F, kRounding = 2e-6F;
-constexpr float kEdgeContrast = 0.25F, kDarkest = 0.1F;  // of an edge: to the brighter pixel, and to the image's mean
 constexpr float kRockTextureStep = 0.04F, kRockGrain = 0.7F;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -60,49 +60,6 @@ void intersect(RTCScene scene, Packet& packet) {
 }
 
 bool is_rock(const RTCHit16& hit, int i) { return hit.instID[0][i] == RayScene::kRocks; }
-
-/// Where the rays of one pass go through their pixels, and what the pass is for.
-struct Pass {
-  double du = 0.0, dv = 0.0;  ///< from the pixel's centre
-  double time = 0.0;          ///< from mid-exposure, in exposure times
-  float weight = 1.0F;        ///< of this pass in the pixel's mean radiance; 0: geometry only
-  bool is_centre = true;      ///< defines depth, surface and normal
-};
-
-/// The further rays of a pixel on an edge: a square turned by atan(1/2), which has four rows and four columns.
-constexpr int kEdgeRays = 4;
-std::vector<Pass> edge_passes() {
-  std::vector<Pass> passes;
-  for (const auto& [du, dv] : {std::pair{-0.125, -0.375}, {0.375, -0.125}, {0.125, 0.375}, {-0.375, 0.125}}) {
-    passes.push_back({.du = du, .dv = dv, .is_centre = false});
-  }
-  return passes;
-}
-
-/// n x n rays per pixel, spread over the exposure in another order than over the pixel; the centre at mid-exposure.
-std::vector<Pass> passes_of(int per_axis) {
-  std::vector<Pass> passes;
-  if (per_axis % 2 == 0) passes.push_back({.weight = 0.0F});
-  const int count = per_axis * per_axis, middle = count / 2, stride = per_axis + 1;
-  for (int k = 0; k < count; ++k) {
-    const int moment = (((k - middle) * stride + middle) % count + count) % count;  // a permutation: stride is coprime
-    const int column = k % per_axis, row = k / per_axis;
-    passes.push_back({(column + 0.5) / per_axis - 0.5, (row + 0.5) / per_axis - 0.5, (moment + 0.5) / count - 0.5,
-                      1.0F / static_cast<float>(count), 2 * k + 1 == count});
-  }
-  return passes;
-}
-
-/// The same rays at several moments of the exposure, where there is one ray per pixel only.
-std::vector<Pass> moments_of(int count) {
-  std::vector<Pass> passes;
-  passes.reserve(count);
-  for (int k = 0; k < count; ++k) {
-    passes.push_back(
-        {.time = (k + 0.5) / count - 0.5, .weight = 1.0F / static_cast<float>(count), .is_centre = 2 * k + 1 == count});
-  }
-  return passes;
-}
 
 /// The camera as the scene sees it at one moment.
 struct Stand {
@@ -140,7 +97,9 @@ struct View {
   std::vector<Stand> stands;  ///< for each pass: one, or one for each row
   int stands_per_pass;
   Rendering& out;
+  std::vector<CentreHit>* centres = nullptr;  ///< of all pixels; null: not asked for
 
+  float pixel_angle() const { return static_cast<float>(1.0 / camera.fx); }
   const Stand& stand(std::size_t pass, int row) const {
     return stands[pass * stands_per_pass + (stands_per_pass > 1 ? std::min(row, stands_per_pass - 1) : 0)];
   }
@@ -152,28 +111,6 @@ struct alignas(64) Texture {
   float step[kPacket], shortest[kPacket];    ///< of Terrain::micro_relief()
   float slope_x[kPacket], slope_y[kPacket];  ///< of the surface without the texture
 };
-
-/// Pixels that differ from a neighbour in brightness: one ray is not their mean.
-std::vector<std::size_t> edge_pixels(const Rendering& image) {
-  const std::vector<float>& radiance = image.radiance;
-  const double sum = std::accumulate(radiance.begin(), radiance.end(), 0.0);
-  const float floor = kDarkest * static_cast<float>(sum / static_cast<double>(radiance.size()));
-  const auto width = static_cast<std::size_t>(image.width);
-  std::vector<bool> is_edge(radiance.size(), false);
-  const auto compare = [&](std::size_t a, std::size_t b) {
-    const float least = kEdgeContrast * (std::max(radiance[a], radiance[b]) + floor);
-    if (std::abs(radiance[a] - radiance[b]) > least) is_edge[a] = is_edge[b] = true;
-  };
-  for (std::size_t i = 0; i < radiance.size(); ++i) {
-    if (i % width != 0) compare(i - 1, i);
-    if (i >= width) compare(i - width, i);
-  }
-  std::vector<std::size_t> edges;
-  for (std::size_t i = 0; i < radiance.size(); ++i) {
-    if (is_edge[i]) edges.push_back(i);
-  }
-  return edges;
-}
 
 }  // namespace
 
@@ -191,7 +128,7 @@ struct Renderer::World {
       passes = moments_of(kMoments);
       whole_image = passes.size();
     } else if (scene.camera.smooth_edges) {
-      const std::vector<Pass> further = edge_passes();
+      const std::vector<Pass> further = further_passes();
       passes.insert(passes.end(), further.begin(), further.end());
     }
   }
@@ -201,8 +138,12 @@ struct Renderer::World {
   const LensTable* table_of(const Camera& camera) const;
   Eigen::Vector3d camera_ray(const View& view, std::size_t pass, int u, int v) const;
   void trace_block(const View& view, std::size_t pass, int u, int v) const;
-  void trace_edges(const View& view, const std::vector<std::size_t>& pixels, std::size_t first) const;
+  void smooth(const View& view) const;
+  void smooth(const View& view, const RoughPixel* pixels, int count) const;
+  void aim(const View& view, Packet& packet) const;
   void trace(const View& view, Packet& packet, float* radiance) const;
+  void meet_planes(const View& view, Packet& packet) const;
+  void keep_centres(const View& view, const Packet& packet, const Hits& hits, const Sunlight* sun) const;
   Hits hits_of(const Packet& packet, float pixel_angle) const;
   void shade_ground(const RTCRayHit16& rays, int i, Texture& texture, Hits& hits) const;
   void shade_rock(const RTCHit16& hit, int i, Texture& texture, Hits& hits) const;
@@ -252,7 +193,10 @@ Rendering Renderer::render(const Camera& camera, const Pose& T_map_camera, const
                 std::vector<Surface>(pixels, Surface::sky),
                 {}};
   if (normals) out.normal.assign(pixels, Vector3f::Zero());
-  const View view = world_->view_of(camera, T_map_camera, shutter, out);
+  View view = world_->view_of(camera, T_map_camera, shutter, out);
+  const bool smooth = world_->whole_image < world_->passes.size();
+  std::vector<CentreHit> centres(smooth ? pixels : 0);
+  if (smooth) view.centres = &centres;
   tbb::parallel_for(0, (camera.height + kDown - 1) / kDown, [&](int strip) {
     for (int u = 0; u < camera.width; u += kAcross) {
       for (std::size_t pass = 0; pass < world_->whole_image; ++pass) {
@@ -260,11 +204,7 @@ Rendering Renderer::render(const Camera& camera, const Pose& T_map_camera, const
       }
     }
   });
-  if (world_->whole_image == world_->passes.size()) return out;
-  const std::vector<std::size_t> edges = edge_pixels(out);
-  constexpr std::size_t kTogether = kPacket / kEdgeRays;
-  tbb::parallel_for(std::size_t{0}, (edges.size() + kTogether - 1) / kTogether,
-                    [&](std::size_t group) { world_->trace_edges(view, edges, group * kTogether); });
+  if (smooth) world_->smooth(view);
   return out;
 }
 
@@ -339,30 +279,55 @@ void Renderer::World::trace_block(const View& view, std::size_t pass, int u, int
   }
 }
 
-/// The further rays of a few of the pixels on edges, together with the one they have.
-void Renderer::World::trace_edges(const View& view, const std::vector<std::size_t>& pixels, std::size_t first) const {
+/// Further rays for the pixels whose mean one ray does not give; those of a kind together.
+void Renderer::World::smooth(const View& view) const {
+  std::vector<RoughPixel> rough = rough_pixels(view.out, *view.centres);
+  if (!illumination.is_sun_only()) {
+    for (RoughPixel& pixel : rough) pixel.kind = RoughPixel::Kind::traced;
+  }
+  constexpr std::size_t kTogether = kPacket / kFurtherRays;
+  std::vector<std::size_t> starts;
+  for (std::size_t i = 0; i < rough.size(); ++i) {
+    if (starts.empty() || i == starts.back() + kTogether || rough[i].kind != rough[i - 1].kind) starts.push_back(i);
+  }
+  starts.push_back(rough.size());
+  tbb::parallel_for(std::size_t{1}, starts.size(), [&](std::size_t k) {
+    smooth(view, rough.data() + starts[k - 1], static_cast<int>(starts[k] - starts[k - 1]));
+  });
+}
+
+/// The further rays of a few pixels of one kind, together with the one that they have.
+void Renderer::World::smooth(const View& view, const RoughPixel* pixels, int count) const {
   Rendering& out = view.out;
   const auto width = static_cast<std::size_t>(out.width);
-  Packet packet{.key = (std::uint64_t{1} << 63) + pixels[first] * kPacket};
+  Packet packet{.key = (std::uint64_t{1} << 63) + pixels->pixel * kPacket};
   for (int i = 0; i < kPacket; ++i) {
-    const std::size_t k = first + i / kEdgeRays;
-    const std::size_t pixel = pixels[std::min(k, pixels.size() - 1)];
+    const std::size_t pixel = pixels[std::min(i / kFurtherRays, count - 1)].pixel;
     packet.u[i] = static_cast<int>(pixel % width);
     packet.v[i] = static_cast<int>(pixel / width);
-    packet.pass[i] = whole_image + i % kEdgeRays;
-    packet.valid[i] = k < pixels.size() ? -1 : 0;
+    packet.pass[i] = whole_image + i % kFurtherRays;
+    packet.valid[i] = i < count * kFurtherRays ? -1 : 0;
   }
+  aim(view, packet);
   float radiance[kPacket] = {};
-  trace(view, packet, radiance);
-  for (int i = 0; i < kPacket && first + i / kEdgeRays < pixels.size(); i += kEdgeRays) {
-    float& mean = out.radiance[pixels[first + i / kEdgeRays]];
-    mean = std::accumulate(radiance + i, radiance + i + kEdgeRays, mean) / (1.0F + kEdgeRays);
+  if (pixels->kind == RoughPixel::Kind::traced) {
+    intersect(rays.handle(), packet);
+    illumination.light_further(rays.handle(), packet.valid, hits_of(packet, view.pixel_angle()), packet.key,
+                               relative(lamp), radiance);
+  } else {
+    meet_planes(view, packet);
+    illumination.light_unbroken(packet.valid, hits_of(packet, view.pixel_angle()),
+                                pixels->kind == RoughPixel::Kind::lit, radiance);
+  }
+  for (int k = 0; k < count; ++k) {
+    float& mean = out.radiance[pixels[k].pixel];
+    const float* of_pixel = radiance + static_cast<std::ptrdiff_t>(k) * kFurtherRays;
+    mean = std::accumulate(of_pixel, of_pixel + kFurtherRays, mean) / static_cast<float>(1 + kFurtherRays);
   }
 }
 
-/// Casts the rays of the valid lanes; those that meet nothing become invalid. The pass through the pixels' centres
-/// leaves depth, surface and normal.
-void Renderer::World::trace(const View& view, Packet& packet, float* radiance) const {
+/// Points the rays of a packet.
+void Renderer::World::aim(const View& view, Packet& packet) const {
   for (int i = 0; i < kPacket; ++i) {
     const bool valid = packet.valid[i] != 0;
     const Eigen::Vector3d ray =
@@ -371,12 +336,40 @@ void Renderer::World::trace(const View& view, Packet& packet, float* radiance) c
     const Stand& stand = view.stand(packet.pass[i], packet.v[i]);
     set_ray(packet.rays.ray, i, stand.origin, (stand.R_scene_camera * ray).cast<float>(), kNear, kInfinity);
   }
+}
+
+/// Casts the rays of the valid lanes; those that meet nothing become invalid.
+void Renderer::World::trace(const View& view, Packet& packet, float* radiance) const {
+  aim(view, packet);
   intersect(rays.handle(), packet);
   if (std::all_of(packet.valid, packet.valid + kPacket, [](int valid) { return valid == 0; })) return;
-  const Hits hits = hits_of(packet, static_cast<float>(1.0 / view.camera.fx));
+  const Hits hits = hits_of(packet, view.pixel_angle());
+  Sunlight sun[kPacket] = {};
   if (passes[packet.pass[0]].weight > 0.0F) {
-    illumination.light(rays.handle(), packet.valid, hits, packet.key, relative(lamp), radiance);
+    illumination.light(rays.handle(), packet.valid, hits, packet.key, relative(lamp), radiance, sun);
   }
+  keep_centres(view, packet, hits, sun);
+}
+
+/// The rays of the valid lanes meet the ground in the plane around their pixel's centre.
+void Renderer::World::meet_planes(const View& view, Packet& packet) const {
+  for (int i = 0; i < kPacket; ++i) {
+    if (packet.valid[i] == 0) continue;
+    const std::size_t pixel = static_cast<std::size_t>(packet.v[i]) * view.out.width + packet.u[i];
+    const Pass& pass = passes[packet.pass[i]];
+    const CentreHit& centre = (*view.centres)[pixel];
+    packet.rays.ray.tfar[i] = plane_depth(view.out, pixel, pass.du, pass.dv);
+    packet.rays.hit.geomID[i] = centre.level;
+    packet.rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    packet.rays.hit.Ng_x[i] = centre.facet.x();
+    packet.rays.hit.Ng_y[i] = centre.facet.y();
+    packet.rays.hit.Ng_z[i] = centre.facet.z();
+  }
+}
+
+/// The pass through the pixels' centres leaves depth, surface and normal.
+void Renderer::World::keep_centres(const View& view, const Packet& packet, const Hits& hits,
+                                   const Sunlight* sun) const {
   Rendering& out = view.out;
   for (int i = 0; i < kPacket; ++i) {
     if (packet.valid[i] == 0 || !passes[packet.pass[i]].is_centre) continue;
@@ -384,6 +377,10 @@ void Renderer::World::trace(const View& view, Packet& packet, float* radiance) c
     out.depth_m[pixel] = packet.rays.ray.tfar[i];  // the ray's direction has camera z = 1
     out.surface[pixel] = hits.surface[i];
     if (!out.normal.empty()) out.normal[pixel] = Vector3f(hits.normal.x[i], hits.normal.y[i], hits.normal.z[i]);
+    if (view.centres == nullptr || hits.surface[i] != Surface::ground) continue;
+    const RTCHit16& hit = packet.rays.hit;
+    (*view.centres)[pixel] = {
+        {hit.Ng_x[i], hit.Ng_y[i], hit.Ng_z[i]}, static_cast<std::uint8_t>(hit.geomID[i]), sun[i]};
   }
 }
 

@@ -115,6 +115,36 @@ TEST(Renderer, PixelsOnEdgesAreMeansOverTheirArea) {
   EXPECT_EQ(smooth.surface, point.surface);
 }
 
+/// Rough ground without rocks under a low sun: texture, and the shadows of small slopes.
+Rendering look_at_ground(bool smooth_edges, int samples_per_axis) {
+  SceneOptions scene = closed_form_scene();
+  scene.terrain = TerrainOptions{};
+  scene.terrain.size_m = 100.0;
+  scene.terrain.rock_abundance = 0.0;
+  scene.light.sun_elevation_deg = 10.0;
+  scene.camera.smooth_edges = smooth_edges;
+  scene.camera.samples_per_axis = samples_per_axis;
+  const Terrain terrain(scene.terrain, 5);
+  const Route route(scene.rover);
+  const StereoRig rig = stereo_rig(scene.camera);
+  Renderer renderer(scene, terrain, route);
+  renderer.centre_on({3.0, 0.0});
+  return renderer.render(rig.left, standing_pose(terrain, scene.rover, {0.0, 0.0}, 0.0) * rig.T_body_left);
+}
+
+TEST(Renderer, RoughGroundIsSmoothedWithTheLightOfItsSurroundings) {
+  const Rendering point = look_at_ground(false, 1), smooth = look_at_ground(true, 1), area = look_at_ground(false, 8);
+  double error_of_points = 0.0, error = 0.0, bias = 0.0, sum = 0.0;
+  for (std::size_t i = 0; i < point.radiance.size(); ++i) {
+    sum += area.radiance[i];
+    bias += smooth.radiance[i] - area.radiance[i];
+    error_of_points += std::pow(point.radiance[i] - area.radiance[i], 2);
+    error += std::pow(smooth.radiance[i] - area.radiance[i], 2);
+  }
+  EXPECT_LT(std::sqrt(error), 0.6 * std::sqrt(error_of_points));
+  EXPECT_LT(std::abs(bias), 0.02 * sum);
+}
+
 TEST(Renderer, SphereShowsLambertsLawAndItsTerminator) {
   SceneOptions scene = closed_form_scene();
   scene.light.sun_azimuth_deg = 100.0;  // from the side: half of what is seen is lit
