@@ -4,7 +4,6 @@
 #include <array>
 
 #include "demslam/base/error.h"
-#include "demslam/features/xfeat.h"
 
 namespace demslam {
 namespace {
@@ -30,7 +29,8 @@ Tensor to_tensor(const Image& image, int channels, int multiple) {
 
 class XFeatExtractor : public Extractor {
  public:
-  XFeatExtractor(OpenModel model, int max_features) : model_(std::move(model)), max_features_(max_features) {}
+  XFeatExtractor(OpenModel model, int max_features, float min_probability)
+      : model_(std::move(model)), max_features_(max_features), min_probability_(min_probability) {}
 
   Features extract(const Image& image) override {
     if (image.empty()) return {.image_width = image.width, .image_height = image.height};
@@ -39,12 +39,13 @@ class XFeatExtractor : public Extractor {
     return decode_xfeat({maps[0].floats, static_cast<int>(maps[0].shape[1]), static_cast<int>(maps[0].shape[2]),
                          static_cast<int>(maps[0].shape[3]), maps[1].floats, maps[2].floats, maps[0].channels_last,
                          maps[1].channels_last},
-                        image.width, image.height, max_features_);
+                        image.width, image.height, max_features_, min_probability_);
   }
 
  private:
   OpenModel model_;
   int max_features_;
+  float min_probability_;
 };
 
 class SuperPointExtractor : public Extractor {
@@ -144,10 +145,10 @@ class LightGlueMatcher : public Matcher {
 
 }  // namespace
 
-std::unique_ptr<Extractor> make_learned_extractor(OpenModel model, int max_features) {
+std::unique_ptr<Extractor> make_learned_extractor(OpenModel model, int max_features, float min_probability) {
   switch (model.info.contract) {
     case Contract::xfeat:
-      return std::make_unique<XFeatExtractor>(std::move(model), max_features);
+      return std::make_unique<XFeatExtractor>(std::move(model), max_features, min_probability);
     case Contract::superpoint:
       return std::make_unique<SuperPointExtractor>(std::move(model), max_features);
     case Contract::lightglue:

@@ -9,7 +9,6 @@ namespace demslam {
 namespace {
 
 constexpr int kCell = 8, kLogits = kCell * kCell + 1;
-constexpr float kMinProbability = 0.05F;
 constexpr int kSuppression = 2;  // 5x5 pixels
 
 /// A map with one row per cell: as it is, or turned.
@@ -35,8 +34,9 @@ class CellRows {
 /// keypoint, nor suppress one.
 class HeatMap {
  public:
-  explicit HeatMap(const XFeatMaps& maps)
+  HeatMap(const XFeatMaps& maps, float min_probability)
       : columns_(maps.columns),
+        min_probability_(min_probability),
         logits_(maps.keypoint_logits, kLogits, maps.logits_by_cell),
         heat_(DescriptorRows::Zero(maps.rows * kCell, maps.columns * kCell)),
         known_(static_cast<std::size_t>(maps.rows) * maps.columns, false) {
@@ -46,6 +46,7 @@ class HeatMap {
   }
 
   const DescriptorRows& heat() const { return heat_; }
+  float min_probability() const { return min_probability_; }
   bool is_empty(int row, int column) const { return !known_[static_cast<std::size_t>(row) * columns_ + column]; }
 
   /// The probability there, in whatever cell.
@@ -56,12 +57,10 @@ class HeatMap {
   }
 
  private:
-  /// A pixel's probability is below exp(its logit - that of "none"); the margin is for rounding.
+  /// A pixel's probability is below exp(its logit - that of "none").
   bool may_hold_a_keypoint(Eigen::Index cell) const {
-    constexpr float kMargin = 0.1F;
-    static const float kLowest = std::log(kMinProbability) - kMargin;
     const float best = logits_.rows().row(cell).head<kLogits - 1>().maxCoeff();
-    return !(best - logits_.rows()(cell, kLogits - 1) < kLowest);
+    return !(best - logits_.rows()(cell, kLogits - 1) < lowest_);
   }
 
   void fill(Eigen::Index cell) {
@@ -73,7 +72,10 @@ class HeatMap {
     known_[static_cast<std::size_t>(cell)] = true;
   }
 
+  static constexpr float kMargin = 0.1F;  ///< for rounding
+
   Eigen::Index columns_;
+  float min_probability_, lowest_ = std::log(min_probability_) - kMargin;
   CellRows logits_;
   DescriptorRows heat_;
   std::vector<bool> known_;  ///< cells whose probabilities are in heat_
@@ -172,7 +174,7 @@ std::vector<Peak> find_peaks(const HeatMap& map, int image_width, int image_heig
     for (int left = 0; left < image_width; left += kCell) {
       if (map.is_empty(v / kCell, left / kCell)) continue;
       for (int u = left; u < std::min(left + kCell, image_width); ++u) {
-        if (heat(v, u) > kMinProbability && is_peak(heat, v, u)) peaks.push_back({u, v});
+        if (heat(v, u) > map.min_probability() && is_peak(heat, v, u)) peaks.push_back({u, v});
       }
     }
   }
@@ -189,8 +191,9 @@ std::vector<std::size_t> strongest(const std::vector<float>& scores, int count) 
   return order;
 }
 
-Features decode_xfeat(const XFeatMaps& maps, int image_width, int image_height, int max_features) {
-  HeatMap map(maps);
+Features decode_xfeat(const XFeatMaps& maps, int image_width, int image_height, int max_features,
+                      float min_probability) {
+  HeatMap map(maps, min_probability);
   const std::vector<Peak> peaks = find_peaks(map, image_width, image_height);
   const Sampler sampler(maps);
   std::vector<float> scores;

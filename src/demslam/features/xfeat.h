@@ -14,10 +14,13 @@ struct XFeatMaps {
   bool descriptors_by_cell = false, logits_by_cell = false;
 };
 
+inline constexpr float kXFeatMinProbability = 0.05F;  ///< XFeat's own
+
 /// XFeat's own decoding (CVPR 2024), with keypoints moved to the sub-pixel peak of the log-probability, which the
 /// original leaves at whole pixels; descriptors are still read at the whole pixel. Best first, at most `max_features`,
-/// inside the image only.
-Features decode_xfeat(const XFeatMaps& maps, int image_width, int image_height, int max_features);
+/// inside the image only, those of a probability above `min_probability`.
+Features decode_xfeat(const XFeatMaps& maps, int image_width, int image_height, int max_features,
+                      float min_probability = kXFeatMinProbability);
 
 /// Indices of the largest `count` scores, largest first; equal ones in ascending order.
 std::vector<std::size_t> strongest(const std::vector<float>& scores, int count);

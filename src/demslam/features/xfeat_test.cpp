@@ -21,8 +21,10 @@ struct Maps {
     }
   }
   void add(int u, int v, float logit) { logits[(v % 8 * 8 + u % 8) * kCells + v / 8 * kColumns + u / 8] = logit; }
-  Features decode(int width = 48, int height = 32, int max_features = 10) const {
-    return decode_xfeat({descriptors, kWidth, kRows, kColumns, logits, reliability}, width, height, max_features);
+  Features decode(int width = 48, int height = 32, int max_features = 10,
+                  float min_probability = kXFeatMinProbability) const {
+    return decode_xfeat({descriptors, kWidth, kRows, kColumns, logits, reliability}, width, height, max_features,
+                        min_probability);
   }
 };
 
@@ -35,6 +37,14 @@ TEST(DecodeXFeat, PutsAKeypointAtThePixelOfItsLogit) {
     EXPECT_NEAR(features.keypoints[0].x(), u, 0.5);
     EXPECT_NEAR(features.keypoints[0].y(), v, 0.5);
   }
+}
+
+TEST(DecodeXFeat, TakesKeypointsAboveTheProbabilityAskedFor) {
+  Maps maps;
+  maps.add(21, 10, 16.1F);  // 0.02
+  EXPECT_EQ(maps.decode().size(), 0U);
+  EXPECT_EQ(maps.decode(48, 32, 10, 0.01F).size(), 1U);
+  EXPECT_EQ(maps.decode(48, 32, 10, 0.03F).size(), 0U);
 }
 
 TEST(DecodeXFeat, MovesAKeypointTowardsItsStrongerNeighbour) {
