@@ -1,6 +1,6 @@
 // What a front-end sees in a sequence, side by side for real and simulated images: grey-value gradients, keypoints,
-// and the share of right matches of a stereo pair and of images one metre apart (SIFT, at most 1500 points).
-// Usage: image_statistics NAME=DATASET:FRAMES_PER_METRE[:CALIBRATION] ...
+// and the share of right matches of a stereo pair and of images some frames apart (SIFT, at most 1500 points).
+// Usage: image_statistics NAME=DATASET:FRAMES_APART[:CALIBRATION] ...
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -112,9 +112,9 @@ struct Row {
   double stereo = 0.0, stereo_right = 0.0, metre = 0.0, metre_right = 0.0;
 };
 
-Row measured(const StereoSequence& sequence, double frames_per_metre) {
+Row measured(const StereoSequence& sequence, double frames_apart) {
   Row row;
-  const auto apart = static_cast<std::size_t>(std::max(1.0, std::round(frames_per_metre)));
+  const auto apart = static_cast<std::size_t>(std::max(1.0, std::round(frames_apart)));
   const std::size_t last = sequence.size() > apart ? sequence.size() - 1 - apart : 0;
   for (int k = 0; k < kPlaces; ++k) {
     const std::size_t i = last * static_cast<std::size_t>(k) / (kPlaces - 1);
@@ -133,7 +133,7 @@ Row measured(const StereoSequence& sequence, double frames_per_metre) {
 
 void print(const std::string& argument) {
   const std::size_t equals = argument.find('=');
-  if (equals == std::string::npos) throw Error("'" + argument + "' is not NAME=DATASET:FRAMES_PER_METRE");
+  if (equals == std::string::npos) throw Error("'" + argument + "' is not NAME=DATASET:FRAMES_APART");
   std::istringstream parts(argument.substr(equals + 1));
   std::string path, rate, calibration;
   std::getline(parts, path, ':'), std::getline(parts, rate, ':'), std::getline(parts, calibration);
@@ -150,7 +150,8 @@ void print(const std::string& argument) {
 
 int main(int argc, char** argv) try {
   fmt::print(
-      "| images | gradient p50 / p90 / p99 | keypoints | stereo matches | on the row | matches 1 m on | epipolar |\n");
+      "| images | gradient p50 / p90 / p99 | keypoints | stereo matches | on the row | matches of frames apart | "
+      "epipolar |\n");
   fmt::print("| --- | --- | --- | --- | --- | --- | --- |\n");
   for (int i = 1; i < argc; ++i) print(argv[i]);
   return 0;
