@@ -32,8 +32,7 @@ void check(const std::string& name) {
   fmt::print("{}: fits the contract '{}'\n  sha256   {}\n", info.file.string(), to_string(info.contract), info.sha256);
   if (info.descriptor_width > 0) fmt::print("  width    {}\n", info.descriptor_width);
   fmt::print("  licence  {}\n", info.card.licence.empty() ? "not stated (no card beside the file)" : info.card.licence);
-  fmt::print("  backend  {}{}\n", info.backend,
-             info.fallback.empty() ? "" : ", since oneDNN's does not cover " + info.fallback);
+  fmt::print("  backend  {}{}\n", info.backend, info.fallback.empty() ? "" : " (not oneDNN: " + info.fallback + ")");
   for (const TensorInfo& tensor : info.inputs) fmt::print("  input    {}\n", shape_text(tensor));
   for (const TensorInfo& tensor : info.outputs) fmt::print("  output   {}\n", shape_text(tensor));
 }

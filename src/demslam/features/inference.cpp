@@ -48,12 +48,12 @@ Inference::Inference(const std::filesystem::path& file, const InferenceOptions& 
   if (resolved_inference(options.backend) == kOneDnn && std::filesystem::is_regular_file(file)) {
     open_network(read_file(file), file.string(), options);
   }
-  if (!network_) take(OnnxSession(file, options.threads));
+  if (!network_) take(OnnxSession(file, options.threads), options);
 }
 
 Inference::Inference(std::string_view graph, const std::string& name, const InferenceOptions& options) {
   if (resolved_inference(options.backend) == kOneDnn) open_network(graph, name, options);
-  if (!network_) take(OnnxSession(graph, name, options.threads));
+  if (!network_) take(OnnxSession(graph, name, options.threads), options);
 }
 
 Inference::~Inference() = default;
@@ -72,8 +72,9 @@ void Inference::open_network(std::string_view bytes, const std::string& name, co
   }
 }
 
-void Inference::take(OnnxSession session) {
+void Inference::take(OnnxSession session, const InferenceOptions& options) {
   backend_ = kOnnxRuntime;
+  if (options.backend == kAuto && !nn::has_native_bf16()) fallback_ = "this processor has no native bfloat16";
   inputs_ = session.inputs();
   outputs_ = session.outputs();
   session_ = std::make_unique<OnnxSession>(std::move(session));

@@ -36,7 +36,7 @@ class Inference {
   const std::vector<TensorInfo>& outputs() const { return outputs_; }
   /// What the bits of a result depend on: "onnxruntime", or "onednn bf16 amx" and the like.
   const std::string& backend() const { return backend_; }
-  /// Why ONNX Runtime runs a graph although it need not; empty otherwise.
+  /// Why ONNX Runtime runs a graph although it was not asked for; empty otherwise.
   const std::string& fallback() const { return fallback_; }
 
   /// Float inputs and the named outputs, in the order given; images may come with their channels last when
@@ -46,7 +46,7 @@ class Inference {
 
  private:
   void open_network(std::string_view graph, const std::string& name, const InferenceOptions& options);
-  void take(OnnxSession session);
+  void take(OnnxSession session, const InferenceOptions& options);
 
   std::vector<TensorInfo> inputs_, outputs_;
   std::string backend_, fallback_;

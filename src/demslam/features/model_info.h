@@ -30,7 +30,7 @@ struct ModelInfo {
   int descriptor_width = -1;  ///< -1: the graph does not say
   std::vector<TensorInfo> inputs, outputs;
   std::string backend;   ///< who runs it here, "onnxruntime" or "onednn bf16 amx" and the like
-  std::string fallback;  ///< why ONNX Runtime does although oneDNN was wanted; else empty
+  std::string fallback;  ///< why ONNX Runtime does although it was not asked for; else empty
 };
 
 /// Opens a model and says what it is. Throws Error with the reason: missing, not ONNX, truncated, a SHA-256 or contract

@@ -182,6 +182,7 @@ std::vector<Tensor> Network::run(const std::vector<std::string>& input_names, co
   }
   values = plan_->run(std::move(values));
   std::vector<Tensor> results;
+  results.reserve(output_names.size());
   for (const std::string& output : output_names) {
     results.push_back(to_tensor(plan_->engine.pool(), values[plan_->numbers.at(output)], as_they_lie));
   }

@@ -17,7 +17,7 @@ constexpr std::size_t kAlignment = 64;
 /// The next size of which there are four to a power of two: little is wasted and much fits again.
 std::size_t shelf_size(std::size_t bytes) {
   if (bytes <= 256) return 256;
-  const std::size_t step = std::bit_floor(bytes - 1) / 4;
+  const std::size_t step = std::max<std::size_t>(std::bit_floor(bytes - 1) / 4, 1);
   return (bytes + step - 1) / step * step;
 }
 

@@ -319,6 +319,7 @@ class PaddedRows {
   }
   std::vector<const float*> pointers() const {
     std::vector<const float*> starts;
+    starts.reserve(rows_.size());
     for (const auto& row : rows_) starts.push_back(row.data());
     return starts;
   }

@@ -298,11 +298,6 @@ DEMSLAM_VECTOR_CLONES void update_best(const float* in, std::int32_t row, std::s
   }
 }
 
-void softmax(const float* in, std::size_t count, float* out) {
-  const float total = shifted_exp(in, largest(in, count), count, out);
-  scale(out, 1.0F / total, count, out);
-}
-
 DEMSLAM_VECTOR_CLONES float sum(const float* in, std::size_t count) {
   Lanes x, total = {};
   std::size_t i = 0;
@@ -386,6 +381,11 @@ DEMSLAM_VECTOR_CLONES void add_shifted_exp(const float* in, const float* shift, 
   exp_of(x - low, y);
   load(sum + i, count - i, low);
   store(low + y, count - i, sum + i);
+}
+
+void softmax(const float* in, std::size_t count, float* out) {
+  const float total = shifted_exp(in, largest(in, count), count, out);
+  scale(out, 1.0F / total, count, out);
 }
 
 }  // namespace demslam::nn

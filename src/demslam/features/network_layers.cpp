@@ -30,7 +30,7 @@ Type image_type(const Site& site) {
 }
 
 template <class Layer>
-Step convolution_step(const Site& site, std::shared_ptr<Layer> layer, std::int64_t channels) {
+Step convolution_step(const Site& site, const std::shared_ptr<Layer>& layer, std::int64_t channels) {
   return [&engine = site.engine, layer, channels, type = image_type(site)](const Arrays& in) -> Arrays {
     expect(in.at(0).rank() == 4 && in[0].shape[1] == channels, "a convolution of other channels");
     return {layer->run(engine, in[0], type)};

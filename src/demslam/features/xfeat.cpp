@@ -197,6 +197,7 @@ Features decode_xfeat(const XFeatMaps& maps, int image_width, int image_height, 
   const std::vector<Peak> peaks = find_peaks(map, image_width, image_height);
   const Sampler sampler(maps);
   std::vector<float> scores;
+  scores.reserve(peaks.size());
   for (const Peak& peak : peaks) scores.push_back(map.heat()(peak.v, peak.u) * sampler.reliability(peak.u, peak.v));
 
   Features features{.image_width = image_width, .image_height = image_height};
