@@ -32,7 +32,7 @@ const std::map<std::string, std::set<std::string>> kDoors = {
     {"cpl_", {"dem"}},
     {"proj", {"dem"}},
     {"embree4/", {"sim"}},
-    {"tbb/", {"dem", "odometry", "sim", "graph", "experiment"}},
+    {"tbb/", {"dem", "features", "odometry", "sim", "graph", "experiment"}},
     {"toml++/", {"toml"}},
     {"yaml-cpp/", {"dataset"}},
     {"sqlite3", {"store"}},
