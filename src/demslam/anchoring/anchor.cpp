@@ -4,18 +4,16 @@
 #include <boost/make_shared.hpp>
 #include <cmath>
 #include <format>
-#include <numbers>
 #include <utility>
 
 #include "demslam/anchoring/dem_factors.h"
 #include "demslam/anchoring/dem_shift_factor.h"
 #include "demslam/anchoring/patch_factor.h"
 #include "demslam/dem/wiener.h"
+#include "demslam/geometry/angle.h"
 
 namespace demslam {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 gtsam::SharedNoiseModel robust(int rows, double sigma, double kernel_sigmas) {
   return gtsam::noiseModel::Robust::Create(gtsam::noiseModel::mEstimator::Cauchy::Create(kernel_sigmas),

@@ -5,19 +5,17 @@
 #include <boost/make_shared.hpp>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <string>
 #include <utility>
 
 #include "demslam/anchoring/patch_factor.h"
 #include "demslam/base/error.h"
 #include "demslam/dem/wiener.h"
+#include "demslam/geometry/angle.h"
 #include "demslam/graph/gtsam_pose.h"
 
 namespace demslam {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// The DEM as the estimator will see it.
 BelievedDem seen(std::shared_ptr<const Dem> dem, const AnchoringOptions& options) {

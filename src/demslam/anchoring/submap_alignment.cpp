@@ -5,15 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 #include "demslam/anchoring/explained_relief.h"
+#include "demslam/geometry/angle.h"
 
 namespace demslam {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr std::size_t kRefined = 40;  // places looked at closely
 
 double largest_sigma(const Eigen::Matrix2d& covariance) {

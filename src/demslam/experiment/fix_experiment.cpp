@@ -9,11 +9,12 @@
 
 #include "demslam/base/random.h"
 #include "demslam/experiment/parallel.h"
+#include "demslam/geometry/angle.h"
 
 namespace demslam {
 namespace {
 
-constexpr double kWrong_m = 5.0, kRadPerDeg = std::numbers::pi / 180.0;
+constexpr double kWrong_m = 5.0;
 constexpr std::uint64_t kTrialStream = 101;
 
 const char* name_of(Relief relief) {

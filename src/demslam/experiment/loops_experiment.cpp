@@ -11,13 +11,13 @@
 #include <utility>
 
 #include "demslam/base/random.h"
+#include "demslam/geometry/angle.h"
 #include "demslam/graph/loop_closure.h"
 #include "demslam/graph/odometry_factor.h"
 
 namespace demslam {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kFixEvery_m = 20.0, kFixSigma_m = 0.5, kFixSigma_deg = 2.0;
 constexpr double kLoopSigma_m = 0.03, kLoopSigma_deg = 0.2, kView_m = 5.0;
 constexpr std::size_t kOptimiseEvery = 10;  // keyframes

@@ -6,13 +6,14 @@
 #include <numbers>
 
 #include "demslam/dem/perturb.h"
+#include "demslam/geometry/angle.h"
 #include "demslam/sim/base_surface.h"
 #include "demslam/sim/rover.h"
 
 namespace demslam {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0, kTurn = 2.0 * std::numbers::pi;
+constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kMargin_m = 300.0, kPetals = 3.0;
 constexpr std::array kShares = {1.0, 0.7, 1.3, 0.55, 1.15, 0.85, 1.45, 0.65};  // of the mean radius, in turn
 constexpr double kFocal_px = 512.0, kBaseline_m = 0.3, kDisparitySigma_px = 0.5, kPixelSigma_px = 0.35;

@@ -6,6 +6,7 @@
 
 #include "demslam/base/random.h"
 #include "demslam/dem/perturb.h"
+#include "demslam/geometry/angle.h"
 #include "demslam/geometry/camera.h"
 #include "demslam/graph/odometry_factor.h"
 #include "demslam/sim/dem_product.h"
@@ -15,7 +16,6 @@
 namespace demslam {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kLaneSpacing = 200.0, kLongestLane = 1500.0, kMargin = 120.0;  // metres
 
 // Random streams of one seed.

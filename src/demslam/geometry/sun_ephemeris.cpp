@@ -6,11 +6,11 @@
 #include <string>
 
 #include "demslam/base/error.h"
+#include "demslam/geometry/angle.h"
 
 namespace demslam {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kEquatorTilt = 1.54242 * kRadPerDeg;   // of the Moon's mean equator against the ecliptic
 constexpr double kDynamicalTimeAhead = 65.0 / 86400.0;  // days; 32 s in 1955, 69 s in 2020
 constexpr double kAstronomicalUnit = 149597870.7;       // km

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <utility>
 
+#include "demslam/geometry/angle.h"
+
 namespace demslam {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 double heading_difference(const Pose& a, const Pose& b) {
   return std::abs(std::remainder(yaw_of(a.rotation()) - yaw_of(b.rotation()), 2.0 * std::numbers::pi));

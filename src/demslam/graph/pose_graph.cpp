@@ -6,20 +6,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 
 #include "demslam/base/error.h"
 #include "demslam/base/time.h"
+#include "demslam/geometry/angle.h"
 #include "demslam/graph/elimination_order.h"
 #include "demslam/graph/gtsam_pose.h"
 #include "demslam/graph/pose_graph_state.h"
 
 namespace demslam {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 gtsam::SharedNoiseModel gaussian(const Matrix6d& covariance) {
   return gtsam::noiseModel::Gaussian::Covariance(covariance);

@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "demslam/base/error.h"
 #include "demslam/base/text.h"
 #include "demslam/evaluation/trajectory_io.h"
+#include "demslam/geometry/angle.h"
 
 namespace demslam {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr TimestampNs kTolerance_ns = 100'000'000;  // before the first pose, or after the last one
 
 using At = Trajectory::const_iterator;

@@ -4,17 +4,15 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <optional>
 
+#include "demslam/geometry/angle.h"
 #include "demslam/odometry/frame_check.h"
 #include "demslam/odometry/guided_match.h"
 #include "demslam/odometry/window.h"
 
 namespace demslam {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// Around where a point is predicted: part of the image's width, and Lowe's ratio. A good prediction needs little else.
 struct SearchNear {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "demslam/geometry/angle.h"
 #include "demslam/sim/glare.h"
 #include "demslam/sim/lens.h"
 #include "demslam/sim/mission.h"
@@ -14,8 +15,6 @@
 
 namespace demslam {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 std::size_t pixel_of(const Rendering& image, int u, int v) { return static_cast<std::size_t>(v) * image.width + u; }
 

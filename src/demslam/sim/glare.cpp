@@ -6,13 +6,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "demslam/geometry/angle.h"
 #include "demslam/sim/lens.h"
 #include "demslam/sim/sun_position.h"
 
 namespace demslam {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kMinCosine = 0.17;  // a sun farther than 80 degrees off the axis does not reach the lens
 
 Eigen::Vector3d sun_in_camera(const LightOptions& light, const Pose& T_map_camera) {

@@ -1,10 +1,10 @@
 #include "demslam/sim/renderer.h"
+#include "demslam/geometry/angle.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "demslam/sim/clipmap.h"
 #include "demslam/sim/photometry.h"
@@ -13,8 +13,6 @@
 
 namespace demslam {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// A renderer over a plane, and one camera of it.
 struct Studio {

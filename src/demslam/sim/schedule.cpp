@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "demslam/geometry/angle.h"
+
 namespace demslam {
 namespace {
 
@@ -27,7 +29,6 @@ std::vector<Halt> halts_of(const RoverOptions& rover, const Route& route) {
 }
 
 constexpr double kStep_m = 0.25;  // of the route, over which a bend is measured
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 double speed_m_per_s(const RoverOptions& rover, const Route& route, double from_m, double to_m) {
   if (!route.corners().empty()) return rover.speed_m_per_s;  // straight legs

@@ -1,4 +1,5 @@
 #include "demslam/sim/schedule.h"
+#include "demslam/geometry/angle.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,8 +18,6 @@
 
 namespace demslam {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 RoverOptions around_a_corner() {
   RoverOptions rover;

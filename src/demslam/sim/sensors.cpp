@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "demslam/base/random.h"
+#include "demslam/geometry/angle.h"
 #include "demslam/sim/lens.h"
 
 namespace demslam {
@@ -17,7 +18,6 @@ namespace {
 
 constexpr double kGravity = 1.625;  // m/s^2, the Moon's surface
 constexpr double kImuRate = 100.0, kWheelRate = 10.0;
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 Eigen::Vector3d normal3(Random& random, double sigma) {
   const double x = random.normal(), y = random.normal(), z = random.normal();

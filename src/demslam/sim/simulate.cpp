@@ -1,11 +1,10 @@
 #include "demslam/sim/simulate.h"
 
-#include <numbers>
-
 #include "demslam/base/time.h"
 #include "demslam/dataset/calibration.h"
 #include "demslam/dataset/start_pose.h"
 #include "demslam/dem/dem.h"
+#include "demslam/geometry/angle.h"
 #include "demslam/sim/dataset_writer.h"
 #include "demslam/sim/dem_product.h"
 #include "demslam/sim/mission.h"
@@ -17,7 +16,6 @@
 namespace demslam {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kSunSensorDeg = 0.5;
 
 StartPose believed_start(const StartOptions& start, const Pose& T_map_body) {

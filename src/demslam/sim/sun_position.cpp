@@ -3,15 +3,13 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "demslam/base/error.h"
+#include "demslam/geometry/angle.h"
 #include "demslam/geometry/sun_ephemeris.h"
 
 namespace demslam {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 Eigen::Vector3d moon_fixed(const Eigen::Vector3d& lon_lat_height) {
   return sky_direction(lon_lat_height.y(), lon_lat_height.x());

@@ -6,11 +6,10 @@
 #include <numbers>
 
 #include "demslam/base/error.h"
+#include "demslam/geometry/angle.h"
 
 namespace demslam {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// Largest standard deviation of the position.
 double position_sigma_m(const Matrix6d& covariance) {
