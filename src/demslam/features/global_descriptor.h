@@ -19,7 +19,7 @@ double similarity(const GlobalDescriptor& a, const GlobalDescriptor& b);
 /// order of the rows does not matter, to the bit. Knows nothing of where in the image a descriptor stands.
 class GlobalDescriber {
  public:
-  static constexpr Eigen::Index kWords = 32;
+  static constexpr Eigen::Index kWords = 16;
 
   /// Learns the words from local descriptors, unit rows of any width, at least one; k-means on the sphere from fixed
   /// seeds, the same for the same examples.
