@@ -3,8 +3,10 @@
 // Usage: appearance_recall DATASET [EXTRACTOR]
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <numbers>
 #include <vector>
 
 #include "demslam/dataset/sequence.h"
@@ -16,7 +18,7 @@ using namespace demslam;
 
 namespace {
 
-constexpr double kNear_m = 3.0, kNear_rad = 30.0 * 3.14159265358979 / 180.0, kMinPath_m = 30.0;
+constexpr double kNear_m = 3.0, kNear_rad = 30.0 * std::numbers::pi / 180.0, kMinPath_m = 30.0;
 constexpr std::size_t kCandidates = 3;
 
 struct Drive {

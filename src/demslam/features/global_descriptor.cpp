@@ -43,6 +43,7 @@ WordSums sum_by_word(const DescriptorRows& rows, const DescriptorRows& words) {
 }
 
 DescriptorRows draw_words(const DescriptorRows& examples, Eigen::Index count) {
+  assert(examples.rows() > 0);
   Random random(kSeed);
   DescriptorRows words(count, examples.cols());
   for (Eigen::Index k = 0; k < count; ++k) {
@@ -120,7 +121,6 @@ double similarity(const GlobalDescriptor& a, const GlobalDescriptor& b) {
 
 GlobalDescriber::GlobalDescriber(const DescriptorRows& examples)
     : words_(learn_words(examples, kWords)), means_(means_by_word(examples, words_)) {
-  assert(examples.rows() > 0);
   projection_ = random_signs(static_cast<Eigen::Index>(GlobalDescriptor{}.size()), words_.size());
 }
 

@@ -8,8 +8,8 @@
 
 namespace demslam {
 
-/// Global descriptors of places in the order they were visited; 128 bytes and a length each. Compared with all of them:
-/// 26 MB for 200,000, no tree to build or to keep.
+/// Global descriptors of places in the order they were visited, 128 bytes each. A view is compared with all of them:
+/// 26 MB for 200,000 places, no tree to build or to keep.
 class PlaceIndex {
  public:
   std::size_t size() const { return places_.size(); }
@@ -30,6 +30,7 @@ class Appearance {
  public:
   static constexpr std::size_t kLearnFrom = 10;  ///< keyframes; before that many there are no answers
 
+  /// `features` must have those of every keyframe.
   explicit Appearance(FeatureSource features) : features_(std::move(features)) {}
 
   /// The features of a new keyframe are at hand. Without this call, they are read when first needed.

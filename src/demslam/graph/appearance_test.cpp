@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "demslam/base/random.h"
 #include "demslam/graph/test_paths.h"
 
