@@ -58,6 +58,21 @@ TEST_F(Resume, AKilledRunEndsAsTheUndisturbedOne) {
   EXPECT_EQ(run_program("map check '" + (folder_ / "killed").string() + "'", folder_).status, 0);
 }
 
+TEST_F(Resume, WhatLooksAlikeIsTheSameBehindAKill) {
+  const fs::path options = folder_ / "options.toml";
+  write_text(options,
+             "[odometry]\nkeyframe_max_distance_m = 0.5\n"
+             "[loops]\nradius_m = 0.02\nmax_radius_m = 0.01\nmin_path_m = 1.0\nspacing_m = 0.0\n");  // always vague
+  const std::string more = "-c '" + options.string() + "'";
+  ASSERT_EQ(run("whole", more).status, 0);
+  EXPECT_THAT(read_text(folder_ / "whole" / "summary.json"), testing::ContainsRegex("\"proposed\": [1-9]"));
+  kill_after("killed", 25, more);
+  const Outcome outcome = run("killed", more);
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("resumed at frame"));
+  expect_same("whole", "killed");
+}
+
 TEST_F(Resume, AKilledRunCanBeLookedAt) {
   kill_after("killed", 12);
   const fs::path page = folder_ / "killed.html";

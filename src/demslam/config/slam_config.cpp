@@ -87,6 +87,7 @@ void loop_fields(Io& io, O& o) {
   io.field("confirming_radius_m", o.confirming_radius_m);
   io.field("agreement_gate", o.agreement_gate);
   io.field("spacing_m", o.spacing_m);
+  io.field("appearance", o.appearance);
 }
 
 template <class Io, class O>

@@ -29,6 +29,7 @@ TEST_F(SlamConfig, WritesWhatItReads) {
   options.odometry.method = OdometryMethod::pnp;
   options.odometry.motion.pixel_sigma_px = 0.1 + 0.2;
   options.anchoring.patches = true;
+  options.loops.appearance = !options.loops.appearance;
   options.graph.systematic.enabled = true;
   const std::string text = to_toml(options);
   EXPECT_EQ(to_toml(read_slam_config(file(text))), text);

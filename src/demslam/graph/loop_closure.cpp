@@ -69,7 +69,7 @@ std::vector<std::size_t> LoopClosure::near(const PoseGraph& graph) {
   const std::size_t newest = graph.size() - 1;
   const Pose& here = graph.T_map_body(newest);
   const double radius_m = options_.radius_m + 3.0 * horizontal_sigma_m(here, graph.newest_covariance());
-  if (radius_m > options_.max_radius_m && appearance_) return appearance_(newest);
+  if (radius_m > options_.max_radius_m && appearance_) return appearance_(newest, indexed_);
   const double reach_m = std::min(radius_m, options_.max_radius_m);
   std::vector<std::pair<double, std::size_t>> found;  // horizontal distance, keyframe
   for (const std::size_t k : grid_.around(here.translation().head<2>(), reach_m)) {

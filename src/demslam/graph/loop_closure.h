@@ -28,6 +28,7 @@ struct LoopOptions {
   double confirming_radius_m = 20.0;  ///< and at most this much
   double agreement_gate = 12.59;      ///< chi-square between two loops that agree, 95 %
   double spacing_m = 5.0;             ///< path after accepted loops without trying for others
+  bool appearance = true;             ///< where the position says less than max_radius_m: candidates by their looks
 
   Matrix6d floor_covariance() const;
 };
@@ -65,8 +66,8 @@ using FeatureSource = std::function<std::shared_ptr<const StereoFeatures>(std::s
 LoopVerifier stereo_verifier(const RectifiedRig& rig, FeatureSource features, Matcher& matcher,
                              const MotionOptions& options);
 
-/// Old keyframes that look like this one, best first; for when the position says too little.
-using AppearanceSource = std::function<std::vector<std::size_t>(std::size_t keyframe)>;
+/// Keyframes before number `end` that look like this one, best first; for when the position says too little.
+using AppearanceSource = std::function<std::vector<std::size_t>(std::size_t keyframe, std::size_t end)>;
 
 /// Loop closure that prefers none to a false one. Old keyframes near the newest one by the present estimate and its
 /// covariance (or, where three sigma exceed the largest radius, those that look like it) are verified by their images;

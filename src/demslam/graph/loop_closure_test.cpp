@@ -136,7 +136,7 @@ TEST_F(Square, WhenThePositionSaysTooLittleItAsksTheAppearance) {
         asked.push_back(i);
         return Motion{};
       },
-      [](std::size_t keyframe) { return std::vector<std::size_t>{7, keyframe - 1, 12}; });
+      [](std::size_t keyframe, std::size_t) { return std::vector<std::size_t>{7, keyframe - 1, 12}; });
   closure.close(graph_);
   EXPECT_THAT(asked, testing::ElementsAre(7, 12));
 }

@@ -8,6 +8,7 @@
 #include "demslam/anchoring/factor_kind.h"
 #include "demslam/anchoring/sky_factors.h"
 #include "demslam/base/error.h"
+#include "demslam/graph/appearance.h"
 #include "demslam/graph/pose_graph.h"
 #include "demslam/slam/feature_cache.h"
 
@@ -57,6 +58,7 @@ struct Backend::State {
   std::shared_ptr<const Dem> dem;
   StartPrior start;
   PoseGraph graph;
+  std::optional<Appearance> appearance;
   LoopClosure loops;
   Relocaliser relocaliser;
   std::unique_ptr<EarlierMap> earlier_map;
@@ -78,7 +80,7 @@ struct Backend::State {
         dem(std::move(elevation)),
         start(prior),
         graph(graph_options(o, dem != nullptr)),
-        loops(o.loops, rig.T_body_left, verifier()),
+        loops(o.loops, rig.T_body_left, verifier(), look_alikes()),
         relocaliser(o.loops, rig.T_body_left) {
     if (dem) anchor.emplace(dem, o.anchoring, rig.p_body_ground, rig.T_body_left);
     if (!start.search) return;
@@ -99,6 +101,14 @@ struct Backend::State {
   LoopVerifier verifier() {
     return [this](std::size_t i, std::size_t j, const Pose& guess) {
       return verify([this, i] { return features.at(i); }, j, guess);
+    };
+  }
+
+  AppearanceSource look_alikes() {
+    if (!options.use_loops || !options.loops.appearance) return nullptr;
+    appearance.emplace([this](std::size_t keyframe) { return features.glance_at(keyframe); });
+    return [this](std::size_t keyframe, std::size_t end) {
+      return appearance->like(keyframe, end, static_cast<std::size_t>(options.loops.max_candidates));
     };
   }
 
@@ -216,6 +226,7 @@ struct Backend::State {
       extend_graph(result, *keyframe.odometry);
     }
     if (options.use_sun) see_sun(result);
+    if (appearance && result.features) appearance->see(result.keyframe);
     const bool moved = anchor_keyframe(result);
     const Stopwatch loop;
     close_loops(result.status == Tracking::bridged, keyframe);

@@ -22,4 +22,10 @@ std::shared_ptr<const StereoFeatures> FeatureCache::at(std::size_t keyframe) {
   return found->second.features;
 }
 
+std::shared_ptr<const StereoFeatures> FeatureCache::glance_at(std::size_t keyframe) const {
+  const auto found = entries_.find(keyframe);
+  if (found != entries_.end()) return found->second.features;
+  return stored_ ? stored_(keyframe) : nullptr;
+}
+
 }  // namespace demslam

@@ -19,6 +19,8 @@ class FeatureCache {
 
   void add(std::size_t keyframe, std::shared_ptr<const StereoFeatures> features);
   std::shared_ptr<const StereoFeatures> at(std::size_t keyframe);
+  /// The same, for passing over many: what is read takes no other's place.
+  std::shared_ptr<const StereoFeatures> glance_at(std::size_t keyframe) const;
 
  private:
   struct Entry {

@@ -79,6 +79,20 @@ TEST(FeatureCache, KeepsTheLastUsedAndReadsTheOthersAgain) {
   EXPECT_EQ(reads, 1);
 }
 
+TEST(FeatureCache, AGlanceTakesNoOthersPlace) {
+  int reads = 0;
+  FeatureCache cache([&](std::size_t) {
+    ++reads;
+    return std::make_shared<const StereoFeatures>();
+  });
+  cache.add(100, std::make_shared<StereoFeatures>());
+  for (std::size_t k = 0; k < 2 * FeatureCache::kCapacity; ++k) EXPECT_TRUE(cache.glance_at(k));
+  EXPECT_EQ(reads, static_cast<int>(2 * FeatureCache::kCapacity));
+  EXPECT_TRUE(cache.at(100));
+  EXPECT_TRUE(cache.glance_at(100));
+  EXPECT_EQ(reads, static_cast<int>(2 * FeatureCache::kCapacity));
+}
+
 TEST(FeatureCache, KeepsEverythingWithoutAStore) {
   FeatureCache cache(nullptr);
   for (std::size_t k = 0; k < 100; ++k) cache.add(k, std::make_shared<StereoFeatures>());
