@@ -1,6 +1,7 @@
 // demslam: one binary; each sub-command parses, calls one function of the library, prints.
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -68,6 +69,9 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace demslam::apps;
+  // One arena for all threads: memory that the thread of a batch frees serves the run again. At 100 km the peak is 963
+  // MB instead of 1,271; no command was measured to be slower.
+  mallopt(M_ARENA_MAX, 1);
   install_signal_handlers();
   try {
     return run(argc, argv);
