@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "demslam/base/time.h"
@@ -52,24 +53,27 @@ Json json_of(const DriftRow& r) {
           {"cpu_ms_per_frame", r.cpu_ms}};
 }
 
+/// JSON has no NaN: null stands for it.
+double number(const Json& j) { return j.is_null() ? std::nan("") : j.get<double>(); }
+
 DriftRow row_of(const Json& j, OdometryMethod method) {
   return {j["sequence"],
           j["frontend"],
           method,
-          j["completion"],
-          j["path_length_m"],
-          j["translation_percent_over_10m"],
-          j["rotation_deg_per_m_over_10m"],
-          j["end_point_percent"],
-          j["cpu_ms_per_frame"]};
+          number(j["completion"]),
+          number(j["path_length_m"]),
+          number(j["translation_percent_over_10m"]),
+          number(j["rotation_deg_per_m_over_10m"]),
+          number(j["end_point_percent"]),
+          number(j["cpu_ms_per_frame"])};
 }
 
 DriftRow evaluated(const fs::path& run) {
   const Evaluation e = evaluate_run(run, std::nullopt, {.rpe = {.delta = kDelta_m, .unit = DeltaUnit::metres}});
   return {.completion = e.completion,
           .path_m = e.path_length_m,
-          .translation_percent = 100.0 * e.rpe.value().rmse / kDelta_m,
-          .rotation_deg_per_m = e.rpe_rotation_deg.value().rmse / kDelta_m,
+          .translation_percent = e.rpe ? 100.0 * e.rpe->rmse / kDelta_m : std::nan(""),
+          .rotation_deg_per_m = e.rpe_rotation_deg ? e.rpe_rotation_deg->rmse / kDelta_m : std::nan(""),
           .end_percent = e.drift_percent};
 }
 

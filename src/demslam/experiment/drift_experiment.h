@@ -21,7 +21,8 @@ struct DriftExperiment {
   std::vector<std::filesystem::path> sequences;  ///< real ones, with their truth
 };
 
-/// One run. RPE over 10 m of the truth, per metre: what KITTI's odometry benchmark asks for, on a short path.
+/// One run. RPE over 10 m of the truth, per metre: what KITTI's odometry benchmark asks for, on a short path; NaN where
+/// no two poses 10 m apart were tracked.
 struct DriftRow {
   std::string sequence, frontend;
   OdometryMethod method = OdometryMethod::window;

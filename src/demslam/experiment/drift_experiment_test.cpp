@@ -35,5 +35,26 @@ TEST(DriftExperiment, RunsEveryFrontendAndMethodOnceAndGoesOn) {
   for (std::size_t i = 0; i < rows.size(); ++i) EXPECT_EQ(again[i].cpu_ms, rows[i].cpu_ms);  // not run again
 }
 
+TEST(DriftExperiment, ADriveThatIsSoonLostIsARowWithoutDrift) {
+  const std::filesystem::path out = std::filesystem::path(testing::TempDir()) / "drift_lost";
+  std::filesystem::remove_all(out);
+  SceneOptions scene;
+  scene.terrain.size_m = 200.0;
+  scene.camera.width_px = scene.camera.height_px = 128;
+  scene.camera.exposure = 1e-3;  // dark: nothing is ever seen
+  scene.rover.length_m = 12.0;
+  scene.rover.space_frames(1.0);
+  scene.output = {.depth = false};
+  const DriftExperiment experiment{
+      .frontends = {{"classical", {}}}, .methods = {OdometryMethod::pnp}, .drives = {{"dark", scene}}};
+  for (int call = 0; call < 2; ++call) {  // run, and read back
+    const std::vector<DriftRow> rows = drift_experiment(experiment, out);
+    ASSERT_EQ(rows.size(), 1U);
+    EXPECT_LT(rows.front().completion, 0.2);
+    EXPECT_TRUE(std::isnan(rows.front().translation_percent));
+    EXPECT_FALSE(drift_table(rows).rows.empty());
+  }
+}
+
 }  // namespace
 }  // namespace demslam
