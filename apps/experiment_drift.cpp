@@ -21,8 +21,7 @@ struct Arguments {
 void run(Arguments a) {
   a.experiment.frontends = compared_frontends(a.points, a.xfeat, a.lighterglue);
   a.experiment.drives = short_drives(scene_presets(a.configs), a.extent);
-  a.experiment.seeds.clear();
-  for (int seed = 1; seed <= a.extent.seeds; ++seed) a.experiment.seeds.push_back(static_cast<std::uint64_t>(seed));
+  a.experiment.seeds = seeds_of(a.extent);
   ProgressBar bar("drift", "frames");
   const std::vector<DriftRow> rows = drift_experiment(a.experiment, a.output, bar.progress());
   write_experiment(a.output, "drift", drift_table(rows), drift_json(rows));

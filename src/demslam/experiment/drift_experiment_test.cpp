@@ -8,17 +8,27 @@
 namespace demslam {
 namespace {
 
-TEST(DriftExperiment, RunsEveryFrontendAndMethodOnceAndGoesOn) {
-  const std::filesystem::path out = std::filesystem::path(testing::TempDir()) / "drift";
-  std::filesystem::remove_all(out);
+std::filesystem::path empty_folder(const std::string& name) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / name;
+  std::filesystem::remove_all(folder);
+  return folder;
+}
+
+/// `length_m` with small images.
+SceneOptions short_drive(double length_m, double spacing_m, int size_px) {
   SceneOptions scene;
   scene.terrain.size_m = 200.0;
-  scene.camera.width_px = scene.camera.height_px = 256;
-  scene.rover.length_m = 24.0;
-  scene.rover.space_frames(0.6);
+  scene.camera.width_px = scene.camera.height_px = size_px;
+  scene.rover.length_m = length_m;
+  scene.rover.space_frames(spacing_m);
   scene.output = {.depth = false};
+  return scene;
+}
+
+TEST(DriftExperiment, RunsEveryFrontendAndMethodOnceAndGoesOn) {
+  const std::filesystem::path out = empty_folder("drift");
   const DriftExperiment experiment{.frontends = {{"classical", {}}, {"SIFT", {.extractor = "sift"}}},
-                                   .drives = {{"hills", scene}}};
+                                   .drives = {{"hills", short_drive(24.0, 0.6, 256)}}};
   const std::vector<DriftRow> rows = drift_experiment(experiment, out);
   ASSERT_EQ(rows.size(), 4U);
   for (const DriftRow& row : rows) {
@@ -36,15 +46,9 @@ TEST(DriftExperiment, RunsEveryFrontendAndMethodOnceAndGoesOn) {
 }
 
 TEST(DriftExperiment, ADriveThatIsSoonLostIsARowWithoutDrift) {
-  const std::filesystem::path out = std::filesystem::path(testing::TempDir()) / "drift_lost";
-  std::filesystem::remove_all(out);
-  SceneOptions scene;
-  scene.terrain.size_m = 200.0;
-  scene.camera.width_px = scene.camera.height_px = 128;
+  const std::filesystem::path out = empty_folder("drift_lost");
+  SceneOptions scene = short_drive(12.0, 1.0, 128);
   scene.camera.exposure = 1e-3;  // dark: nothing is ever seen
-  scene.rover.length_m = 12.0;
-  scene.rover.space_frames(1.0);
-  scene.output = {.depth = false};
   const DriftExperiment experiment{
       .frontends = {{"classical", {}}}, .methods = {OdometryMethod::pnp}, .drives = {{"dark", scene}}};
   for (int call = 0; call < 2; ++call) {  // run, and read back

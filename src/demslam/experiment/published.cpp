@@ -41,12 +41,6 @@ StudyVariant on_lidar(const std::string& name, SlamOptions options) {
   return {name, options, StudyDem::lidar};
 }
 
-std::vector<std::uint64_t> seeds_of(const ExperimentExtent& extent) {
-  std::vector<std::uint64_t> seeds;
-  for (int seed = 1; seed <= extent.seeds; ++seed) seeds.push_back(static_cast<std::uint64_t>(seed));
-  return seeds;
-}
-
 /// No file but the poses is needed of the other sensors here; `quick` drives a straight 40 m of small images instead.
 StudyDrive drive_of(const std::string& name, const fs::path& preset, const ExperimentExtent& extent) {
   StudyDrive drive{name, read_scene(preset)};
@@ -61,6 +55,12 @@ StudyDrive drive_of(const std::string& name, const fs::path& preset, const Exper
 }
 
 }  // namespace
+
+std::vector<std::uint64_t> seeds_of(const ExperimentExtent& extent) {
+  std::vector<std::uint64_t> seeds;
+  for (int seed = 1; seed <= extent.seeds; ++seed) seeds.push_back(static_cast<std::uint64_t>(seed));
+  return seeds;
+}
 
 PublishedExperiment lusnar_experiment(const fs::path& configs, const ExperimentExtent& extent) {
   PublishedExperiment e{

@@ -29,6 +29,9 @@ struct ExperimentExtent {
   int size_px = 0;               ///< width and height of the images; 0: the preset's
 };
 
+/// 1, 2, ... as many as asked for.
+std::vector<std::uint64_t> seeds_of(const ExperimentExtent& extent);
+
 // Scenes come from the preset files in `configs` (the repository's configs/ folder, or the installed one).
 
 /// Table 1: nine LuSNAR-like scenes, odometry, published factors, everything; on an orbital product, and on the map
