@@ -37,9 +37,7 @@ SlamOptions options_of(const Arguments& arguments) {
   SlamOptions options = arguments.config.empty() ? SlamOptions{} : read_slam_config(arguments.config);
   if (arguments.no_dem || arguments.odometry_only) options.use_dem = false;
   if (arguments.no_loops || arguments.odometry_only) options.use_loops = false;
-  if (!arguments.odometry.empty()) {
-    options.odometry.method = arguments.odometry == "pnp" ? OdometryMethod::pnp : OdometryMethod::window;
-  }
+  if (!arguments.odometry.empty()) options.odometry.method = *odometry_method(arguments.odometry);
   FrontendOptions& frontend = options.frontend;
   set_part(frontend.extractor, frontend.extractor_model, arguments.extractor, extractor_names());
   set_part(frontend.matcher, frontend.matcher_model, arguments.matcher, matcher_names());
@@ -124,8 +122,9 @@ void add_run(CLI::App& app) {
   command->add_option("--max-frames", inputs.max_frames, "stop after so many frames; 0: all");
   command
       ->add_option("--odometry", arguments->odometry,
-                   "window (bundle adjustment over keyframes) or pnp (each from the last)")
-      ->check(CLI::IsMember({"window", "pnp"}));
+                   "window (bundle adjustment over keyframes), keyframe (each frame from the last keyframe, by patches) or pnp "
+                   "(each frame from the one before, as published)")
+      ->check(CLI::IsMember({"window", "keyframe", "pnp"}));
   command->add_flag("--no-dem", arguments->no_dem, "do not use the DEM");
   command->add_flag("--no-loops", arguments->no_loops, "do not close loops");
   command->add_flag("--odometry-only", arguments->odometry_only, "neither DEM nor loops");

@@ -55,20 +55,26 @@ void add_on_dem(PoseGraph& graph, const boost::shared_ptr<DemShiftFactor::PoseFa
 
 DemAnchor::DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& options,
                      const Eigen::Vector3d& p_body_ground, const Pose& T_body_left)
-    : dem_(std::move(dem)),
+    : given_(std::move(dem)),
       options_(options),
-      error_{options.sigma_dem_m, options.dem_correlation_m},
       p_body_ground_(p_body_ground),
       T_body_left_(T_body_left),
-      patch_(fitted_to(dem_->raster().cell_m, options.patch)),
-      sigma_contact_m_(relief_within(dem_->raster().cell_m, options.sigma_contact_m)) {
-  if (options.filter_dem) {
-    BelievedDem believed = most_probable(dem_, error_);
-    dem_ = std::move(believed.dem);
-    error_ = believed.error;
-  }
+      patch_(fitted_to(given_->raster().cell_m, options.patch)),
+      sigma_contact_m_(relief_within(given_->raster().cell_m, options.sigma_contact_m)) {
+  believe(1.0);
   if (options.submap.recover || options.submap.factors)
     submaps_.emplace(dem_, error_, options.patch, options.patch_factor, options.submap, T_body_left);
+}
+
+/// The DEM with the error that was stated, times `noise_scale`; filtered anew.
+void DemAnchor::believe(double noise_scale) {
+  noise_scale_ = noise_scale;
+  dem_ = given_;
+  error_ = {noise_scale * options_.sigma_dem_m, options_.dem_correlation_m};
+  if (!options_.filter_dem) return;
+  BelievedDem believed = most_probable(given_, error_);
+  dem_ = std::move(believed.dem);
+  error_ = believed.error;
 }
 
 void DemAnchor::add_landmarks(KeyframeLandmarks landmarks) {
@@ -139,7 +145,8 @@ void DemAnchor::anchor(PoseGraph& graph, std::size_t keyframe) {
   }
   if (options_.height) {
     const double alike = options_.alike_errors ? alike_factors(error_, options_.spacing_m) : 1.0;
-    const double sigma_dem_m = std::sqrt(alike) * dem_->sigma_m(p.x(), p.y()).value_or(error_.sigma_m);
+    const std::optional<double> mapped_m = given_->sigma_m(p.x(), p.y());
+    const double sigma_dem_m = std::sqrt(alike) * (mapped_m ? noise_scale_ * *mapped_m : error_.sigma_m);
     const auto noise = robust(1, std::hypot(sigma_dem_m, sigma_contact_m_), options_.kernel_sigmas);
     add_on_dem(graph,
                boost::make_shared<DemHeightFactor>(keyframe, dem_, p_body_ground_, noise, believed_slope(*ground)),
@@ -193,6 +200,15 @@ TerrainGradient DemAnchor::believed_relief(const TerrainPatch& patch, const Pose
   return TerrainGradient::vertical_only;
 }
 
+/// What a patch shows of the DEM's error counts for itself already. Small changes are not worth filtering anew.
+void DemAnchor::look_at_noise(const TerrainPatch& patch, const Pose& T_map_body) {
+  constexpr double kWorthIt = 1.25;
+  noise_.add(patch, T_map_body, *given_, {options_.sigma_dem_m, options_.dem_correlation_m});
+  report_.noise_scale = noise_.scale();
+  const double change = report_.noise_scale / noise_scale_;
+  if (change > kWorthIt || change < 1.0 / kWorthIt) believe(report_.noise_scale);
+}
+
 void DemAnchor::close_stretch(PoseGraph& graph, std::size_t end) {
   const std::size_t middle = (stretch_begin_ + end) / 2;
   std::vector<PosedLandmarks> stretch;
@@ -201,6 +217,7 @@ void DemAnchor::close_stretch(PoseGraph& graph, std::size_t end) {
   }
   const auto patch = build_patch(stretch, middle, graph.T_map_body(middle), *dem_, patch_);
   if (patch) {
+    if (options_.estimate_noise) look_at_noise(*patch, graph.T_map_body(middle));
     add_on_dem(graph,
                boost::make_shared<TerrainPatchFactor>(*patch, dem_, error_, options_.patch_factor,
                                                       believed_relief(*patch, graph.T_map_body(middle))),

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "demslam/anchoring/dem_noise.h"
 #include "demslam/anchoring/patch_factor_options.h"
 #include "demslam/anchoring/submap_recovery.h"
 #include "demslam/anchoring/terrain_gradient.h"
@@ -25,6 +26,7 @@ struct AnchoringOptions {
   bool alike_errors = true;         ///< height factors within that distance share an error: each weighs less for it
   /// Tie to the most probable terrain instead of the DEM as it is, where that can be told (dem/wiener.h).
   bool filter_dem = false;
+  bool estimate_noise = false;  ///< where patches show the DEM to be noisier than stated, believe them (DemNoise)
   double sigma_contact_m = 0.15;  ///< ground within a cell of 5 m against the cell's height, added in quadrature; on
                                   ///< other cells as relief_within() says
   bool normal = true;             ///< the normal factor
@@ -62,6 +64,7 @@ struct AnchoringReport {
   int gated_heights = 0, gated_patches = 0;  ///< factors whose slopes were not believed: vertical only
   int patches = 0, patch_cells = 0;
   int skipped_patches = 0;  ///< stretches of path with too little ground seen on the DEM
+  double noise_scale = 1.0;  ///< the DEM's error as the patches show it, over what was stated
   SubmapReport submaps;
 };
 
@@ -86,11 +89,16 @@ class DemAnchor {
   TerrainGradient believed_relief(const TerrainPatch& patch, const Pose& T_map_body);
   double horizontal_sigma_m(const PoseGraph& graph);
   void close_stretch(PoseGraph& graph, std::size_t end);
+  void look_at_noise(const TerrainPatch& patch, const Pose& T_map_body);
+  void believe(double noise_scale);
   std::optional<std::uint64_t> dem_shift_key(PoseGraph& graph);
 
-  std::shared_ptr<const Dem> dem_;
+  std::shared_ptr<const Dem> given_;
   AnchoringOptions options_;
-  DemErrorModel error_;
+  std::shared_ptr<const Dem> dem_;  ///< as believed: filtered, where that is asked for
+  DemErrorModel error_;             ///< of that
+  DemNoise noise_;
+  double noise_scale_ = 0.0;  ///< with which dem_ and error_ were made
   Eigen::Vector3d p_body_ground_;
   Pose T_body_left_;
   AnchoringReport report_;

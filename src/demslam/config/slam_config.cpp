@@ -53,8 +53,9 @@ void method_field(Io& io, O& method) {
   std::string word = to_string(method);
   io.field("method", word);
   if constexpr (Io::kReads) {
-    if (word != "pnp" && word != "window") io.fail("method", "'method' must be \"pnp\" or \"window\"");
-    method = word == "pnp" ? OdometryMethod::pnp : OdometryMethod::window;
+    const std::optional<OdometryMethod> known = odometry_method(word);
+    if (!known) io.fail("method", "'method' must be \"pnp\", \"keyframe\" or \"window\"");
+    method = *known;
   }
 }
 
@@ -148,6 +149,7 @@ void anchoring_fields(Io& io, O& o) {
   io.field("dem_correlation_m", o.dem_correlation_m);
   io.field("alike_errors", o.alike_errors);
   io.field("filter_dem", o.filter_dem);
+  io.field("estimate_noise", o.estimate_noise);
   io.field("sigma_bias_m", o.sigma_bias_m);
   io.field("sigma_shift_m", o.sigma_shift_m);
   io.field("sigma_contact_m", o.sigma_contact_m);

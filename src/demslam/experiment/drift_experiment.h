@@ -15,7 +15,7 @@ namespace demslam {
 /// How fast stereo odometry drifts, by front-end and method; no map, no loops, no other sensors.
 struct DriftExperiment {
   std::vector<NamedFrontend> frontends;
-  std::vector<OdometryMethod> methods = {OdometryMethod::pnp, OdometryMethod::window};
+  std::vector<OdometryMethod> methods = {OdometryMethod::pnp, OdometryMethod::keyframe, OdometryMethod::window};
   std::vector<StudyDrive> drives;  ///< simulated once, with images, in OUT/DRIVE_sSEED/data
   std::vector<std::uint64_t> seeds = {1};
   std::vector<std::filesystem::path> sequences;  ///< real ones, with their truth

@@ -167,6 +167,9 @@ PublishedExperiment anchoring_experiment(const fs::path& configs, const Experime
     study.drives.back().scene.terrain.dem = fs::absolute(nac);
   }
   study.variants = usual_variants();
+  study.variants.push_back({"patches", as(filtered_patches())});
+  study.variants.push_back({"submaps", as(submaps())});
+  study.variants.push_back({"all", as(everything())});
   return {study, {}};
 }
 

@@ -74,7 +74,24 @@ std::string to_string(Tracking status) {
   return "";
 }
 
-std::string to_string(OdometryMethod method) { return method == OdometryMethod::pnp ? "pnp" : "window"; }
+std::string to_string(OdometryMethod method) {
+  switch (method) {
+    case OdometryMethod::pnp:
+      return "pnp";
+    case OdometryMethod::keyframe:
+      return "keyframe";
+    case OdometryMethod::window:
+      return "window";
+  }
+  return "";
+}
+
+std::optional<OdometryMethod> odometry_method(std::string_view word) {
+  for (const OdometryMethod method : {OdometryMethod::pnp, OdometryMethod::keyframe, OdometryMethod::window}) {
+    if (to_string(method) == word) return method;
+  }
+  return std::nullopt;
+}
 
 struct StereoOdometry::State {
   State(const RectifiedRig& rectified_rig, Frontend both, const OdometryOptions& all)
@@ -185,7 +202,8 @@ bool StereoOdometry::State::track_against(const View& view, OdometryResult& resu
   Motion motion =
       estimate_motion(rig, *view.view.features, *current.features, *frontend.matcher, options.motion, &guess);
   if (!refusal(motion).empty()) motion = search_near(view, guess, motion);
-  if (motion.ok) motion = refine_directly(rig, view.view, current, motion, options.motion);
+  const bool by_patches = options.method != OdometryMethod::pnp;
+  if (motion.ok && by_patches) motion = refine_directly(rig, view.view, current, motion, options.motion);
   motion = with_support(std::move(motion), view.t_ns, result.t_ns);
   result.matches = motion.matches;
   result.inliers = motion.inliers;
@@ -302,7 +320,7 @@ void StereoOdometry::State::bridge(OdometryResult& result) const {
 
 bool StereoOdometry::State::wants_keyframe(const OdometryResult& result) const {
   if (result.stereo_points < options.motion.min_inliers) return false;
-  if (result.status == Tracking::bridged) return true;
+  if (result.status == Tracking::bridged || options.method == OdometryMethod::pnp) return true;
   return result.T_reference_left.translation().norm() > options.keyframe_max_distance_m ||
          rotation_angle(result.T_reference_left) > options.keyframe_max_rotation_deg * kRadPerDeg ||
          result.inliers < options.keyframe_min_overlap * keyframe.most_inliers;

@@ -2,7 +2,9 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,8 +20,9 @@
 namespace demslam {
 
 enum class OdometryMethod {
-  pnp,     ///< each keyframe from the one before
-  window,  ///< keyframes refined together by a stereo bundle adjustment over the last few
+  pnp,       ///< each frame from the one before, by matched keypoints: every frame is a keyframe (as published)
+  keyframe,  ///< each frame from the last keyframe, by aligning its patches
+  window,    ///< and keyframes refined together by a stereo bundle adjustment over the last few
 };
 
 struct OdometryOptions {
@@ -59,6 +62,8 @@ struct OdometryResult {
 
 std::string to_string(Tracking status);
 std::string to_string(OdometryMethod method);
+/// Of "pnp", "keyframe" or "window"; none of another word.
+std::optional<OdometryMethod> odometry_method(std::string_view word);
 
 /// What a pair shows by itself: all the work on a frame that no other frame is needed for.
 struct Observation {

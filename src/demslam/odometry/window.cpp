@@ -8,7 +8,7 @@
 namespace demslam {
 namespace {
 
-constexpr int kMaxLandmarks = 400;  // per keyframe
+const int kMaxLandmarks = std::getenv("KML") ? std::atoi(std::getenv("KML")) : 400;  // per keyframe
 
 /// Keypoints with a depth, at most `kMaxLandmarks`, evenly thinned in the order of the extractor.
 std::vector<std::size_t> choose_keypoints(const StereoFeatures& features) {
