@@ -121,9 +121,10 @@ void add_run(CLI::App& app) {
   command->add_option("--first-frame", inputs.first_frame, "index of the first frame");
   command->add_option("--max-frames", inputs.max_frames, "stop after so many frames; 0: all");
   command
-      ->add_option("--odometry", arguments->odometry,
-                   "window (bundle adjustment over keyframes), keyframe (each frame from the last keyframe, by patches) or pnp "
-                   "(each frame from the one before, as published)")
+      ->add_option(
+          "--odometry", arguments->odometry,
+          "window (bundle adjustment over keyframes), keyframe (each frame from the last keyframe, by patches) or pnp "
+          "(each frame from the one before, as published)")
       ->check(CLI::IsMember({"window", "keyframe", "pnp"}));
   command->add_flag("--no-dem", arguments->no_dem, "do not use the DEM");
   command->add_flag("--no-loops", arguments->no_loops, "do not close loops");

@@ -20,6 +20,10 @@ gtsam::SharedNoiseModel robust(int rows, double sigma, double kernel_sigmas) {
                                            gtsam::noiseModel::Isotropic::Sigma(rows, sigma));
 }
 
+DemErrorModel stated_error(const AnchoringOptions& options, double scale = 1.0) {
+  return {scale * options.sigma_dem_m, options.dem_correlation_m};
+}
+
 TerrainGradient gradient(const AnchoringOptions& options) {
   return options.full_gradient ? TerrainGradient::full : TerrainGradient::vertical_only;
 }
@@ -61,20 +65,23 @@ DemAnchor::DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& opt
       T_body_left_(T_body_left),
       patch_(fitted_to(given_->raster().cell_m, options.patch)),
       sigma_contact_m_(relief_within(given_->raster().cell_m, options.sigma_contact_m)) {
+  if (options.estimate_noise) noise_.emplace(given_, stated_error(options), options.filter_dem);
   believe(1.0);
   if (options.submap.recover || options.submap.factors)
-    submaps_.emplace(dem_, error_, options.patch, options.patch_factor, options.submap, T_body_left);
+    submaps_.emplace(believed_.dem, believed_.error, options.patch, options.patch_factor, options.submap, T_body_left);
 }
 
-/// The DEM with the error that was stated, times `noise_scale`; filtered anew.
+/// The DEM with the error that was stated, times `noise_scale`. Filtering it is work: that is done once per scale.
 void DemAnchor::believe(double noise_scale) {
+  const DemErrorModel error = stated_error(options_, noise_scale);
   noise_scale_ = noise_scale;
-  dem_ = given_;
-  error_ = {noise_scale * options_.sigma_dem_m, options_.dem_correlation_m};
-  if (!options_.filter_dem) return;
-  BelievedDem believed = most_probable(given_, error_);
-  dem_ = std::move(believed.dem);
-  error_ = believed.error;
+  if (options_.filter_dem) {
+    auto known = filtered_.find(noise_scale);
+    if (known == filtered_.end()) known = filtered_.emplace(noise_scale, most_probable(given_, error)).first;
+    believed_ = known->second;
+  } else {
+    believed_ = {given_, error};
+  }
 }
 
 void DemAnchor::add_landmarks(KeyframeLandmarks landmarks) {
@@ -129,7 +136,7 @@ void DemAnchor::update(PoseGraph& graph) {
 /// A slope below what the DEM's error alone makes is not believed.
 TerrainGradient DemAnchor::believed_slope(const DemSample& ground) {
   if (!options_.full_gradient) return TerrainGradient::vertical_only;
-  if (!options_.gate || ground.gradient.norm() > slope_sigma(error_, dem_->raster().cell_m))
+  if (!options_.gate || ground.gradient.norm() > slope_sigma(believed_.error, believed_.dem->raster().cell_m))
     return TerrainGradient::full;
   ++report_.gated_heights;
   return TerrainGradient::vertical_only;
@@ -138,19 +145,20 @@ TerrainGradient DemAnchor::believed_slope(const DemSample& ground) {
 void DemAnchor::anchor(PoseGraph& graph, std::size_t keyframe) {
   if (!options_.height && !options_.normal) return;
   const Eigen::Vector3d p = graph.T_map_body(keyframe) * p_body_ground_;
-  const auto ground = dem_->sample(p.x(), p.y());
+  const auto ground = believed_.dem->sample(p.x(), p.y());
   if (!ground) {
     ++report_.skipped_outside;
     return;
   }
   if (options_.height) {
-    const double alike = options_.alike_errors ? alike_factors(error_, options_.spacing_m) : 1.0;
+    const double alike = options_.alike_errors ? alike_factors(believed_.error, options_.spacing_m) : 1.0;
     const std::optional<double> mapped_m = given_->sigma_m(p.x(), p.y());
-    const double sigma_dem_m = std::sqrt(alike) * (mapped_m ? noise_scale_ * *mapped_m : error_.sigma_m);
+    const double sigma_dem_m = std::sqrt(alike) * (mapped_m ? noise_scale_ * *mapped_m : believed_.error.sigma_m);
     const auto noise = robust(1, std::hypot(sigma_dem_m, sigma_contact_m_), options_.kernel_sigmas);
-    add_on_dem(graph,
-               boost::make_shared<DemHeightFactor>(keyframe, dem_, p_body_ground_, noise, believed_slope(*ground)),
-               dem_shift_key(graph));
+    add_on_dem(
+        graph,
+        boost::make_shared<DemHeightFactor>(keyframe, believed_.dem, p_body_ground_, noise, believed_slope(*ground)),
+        dem_shift_key(graph));
     ++report_.height;
   }
   if (options_.normal) add_normal(graph, keyframe, *ground);
@@ -177,7 +185,7 @@ void DemAnchor::add_normal(PoseGraph& graph, std::size_t keyframe, const DemSamp
   double sigma_rad = options_.sigma_normal_deg * kRadPerDeg;
   if (options_.gate) {
     const double elsewhere_rad = ground.hessian.norm() * horizontal_sigma_m(graph);
-    sigma_rad = std::hypot(sigma_rad, slope_sigma(error_, dem_->raster().cell_m), elsewhere_rad);
+    sigma_rad = std::hypot(sigma_rad, slope_sigma(believed_.error, believed_.dem->raster().cell_m), elsewhere_rad);
   }
   if (sigma_rad > kVague_rad) {
     ++report_.skipped_vague;
@@ -185,7 +193,7 @@ void DemAnchor::add_normal(PoseGraph& graph, std::size_t keyframe, const DemSamp
   }
   const auto noise = robust(2, sigma_rad, options_.kernel_sigmas);
   const auto slope = options_.gate ? TerrainGradient::vertical_only : gradient(options_);
-  add_on_dem(graph, boost::make_shared<DemNormalFactor>(keyframe, dem_, p_body_ground_, noise, slope),
+  add_on_dem(graph, boost::make_shared<DemNormalFactor>(keyframe, believed_.dem, p_body_ground_, noise, slope),
              dem_shift_key(graph));
   ++report_.normal;
 }
@@ -194,19 +202,19 @@ void DemAnchor::add_normal(PoseGraph& graph, std::size_t keyframe, const DemSamp
 TerrainGradient DemAnchor::believed_relief(const TerrainPatch& patch, const Pose& T_map_body) {
   if (!options_.gate) return TerrainGradient::full;
   constexpr double kMemory = 0.8;
-  relief_evidence_ = kMemory * relief_evidence_ + relief_evidence(patch, T_map_body, *dem_, error_);
+  relief_evidence_ = kMemory * relief_evidence_ + relief_evidence(patch, T_map_body, *believed_.dem, believed_.error);
   if (relief_evidence_ > 0.0) return TerrainGradient::full;
   ++report_.gated_patches;
   return TerrainGradient::vertical_only;
 }
 
-/// What a patch shows of the DEM's error counts for itself already. Small changes are not worth filtering anew.
+/// What a patch shows of the DEM's error counts for itself already.
 void DemAnchor::look_at_noise(const TerrainPatch& patch, const Pose& T_map_body) {
   constexpr double kWorthIt = 1.25;
-  noise_.add(patch, T_map_body, *given_, {options_.sigma_dem_m, options_.dem_correlation_m});
-  report_.noise_scale = noise_.scale();
-  const double change = report_.noise_scale / noise_scale_;
-  if (change > kWorthIt || change < 1.0 / kWorthIt) believe(report_.noise_scale);
+  noise_->add(patch, T_map_body);
+  const double change = noise_->scale() / noise_scale_;
+  if (change > kWorthIt || change < 1.0 / kWorthIt) believe(noise_->scale());
+  report_.noise_scale = noise_scale_;
 }
 
 void DemAnchor::close_stretch(PoseGraph& graph, std::size_t end) {
@@ -215,11 +223,11 @@ void DemAnchor::close_stretch(PoseGraph& graph, std::size_t end) {
   for (const KeyframeLandmarks& seen : landmarks_) {
     if (seen.keyframe <= end) stretch.push_back({graph.T_map_body(seen.keyframe) * T_body_left_, &seen.points});
   }
-  const auto patch = build_patch(stretch, middle, graph.T_map_body(middle), *dem_, patch_);
+  const auto patch = build_patch(stretch, middle, graph.T_map_body(middle), *believed_.dem, patch_);
   if (patch) {
-    if (options_.estimate_noise) look_at_noise(*patch, graph.T_map_body(middle));
+    if (noise_) look_at_noise(*patch, graph.T_map_body(middle));
     add_on_dem(graph,
-               boost::make_shared<TerrainPatchFactor>(*patch, dem_, error_, options_.patch_factor,
+               boost::make_shared<TerrainPatchFactor>(*patch, believed_.dem, believed_.error, options_.patch_factor,
                                                       believed_relief(*patch, graph.T_map_body(middle))),
                dem_shift_key(graph));
     ++report_.patches;

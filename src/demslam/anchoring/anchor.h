@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "demslam/anchoring/terrain_gradient.h"
 #include "demslam/anchoring/terrain_patch.h"
 #include "demslam/dem/dem.h"
+#include "demslam/dem/wiener.h"
 #include "demslam/geometry/pose.h"
 #include "demslam/graph/pose_graph.h"
 
@@ -26,7 +28,7 @@ struct AnchoringOptions {
   bool alike_errors = true;         ///< height factors within that distance share an error: each weighs less for it
   /// Tie to the most probable terrain instead of the DEM as it is, where that can be told (dem/wiener.h).
   bool filter_dem = false;
-  bool estimate_noise = false;  ///< where patches show the DEM to be noisier than stated, believe them (DemNoise)
+  bool estimate_noise = false;    ///< where patches show the DEM to be noisier than stated, believe them (DemNoise)
   double sigma_contact_m = 0.15;  ///< ground within a cell of 5 m against the cell's height, added in quadrature; on
                                   ///< other cells as relief_within() says
   bool normal = true;             ///< the normal factor
@@ -63,7 +65,7 @@ struct AnchoringReport {
   int skipped_vague = 0;    ///< no normal factor: within the position's uncertainty the slope may be any
   int gated_heights = 0, gated_patches = 0;  ///< factors whose slopes were not believed: vertical only
   int patches = 0, patch_cells = 0;
-  int skipped_patches = 0;  ///< stretches of path with too little ground seen on the DEM
+  int skipped_patches = 0;   ///< stretches of path with too little ground seen on the DEM
   double noise_scale = 1.0;  ///< the DEM's error as the patches show it, over what was stated
   SubmapReport submaps;
 };
@@ -95,10 +97,10 @@ class DemAnchor {
 
   std::shared_ptr<const Dem> given_;
   AnchoringOptions options_;
-  std::shared_ptr<const Dem> dem_;  ///< as believed: filtered, where that is asked for
-  DemErrorModel error_;             ///< of that
-  DemNoise noise_;
-  double noise_scale_ = 0.0;  ///< with which dem_ and error_ were made
+  std::optional<DemNoise> noise_;
+  BelievedDem believed_;                    ///< filtered, where that is asked for
+  double noise_scale_ = 1.0;                ///< with which it was made
+  std::map<double, BelievedDem> filtered_;  ///< by noise scale
   Eigen::Vector3d p_body_ground_;
   Pose T_body_left_;
   AnchoringReport report_;

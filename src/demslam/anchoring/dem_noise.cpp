@@ -1,24 +1,31 @@
 #include "demslam/anchoring/dem_noise.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <vector>
+#include <utility>
+
+#include "demslam/anchoring/patch_factor.h"
 
 namespace demslam {
 namespace {
 
-constexpr double kMemory = 0.95;      // per patch: of some 400 m
-constexpr double kPriorSigma = 0.35;  // of the scale's logarithm
-constexpr double kEvidence = 0.6;     // neighbouring patches share errors, and their model is not exact
-constexpr Eigen::Index kFewestLeft = 4;
+constexpr int kLevels = 7;        // up to eight times
+constexpr double kMemory = 0.95;  // per patch: of some 400 m
+constexpr double kBetter = 0.97;  // of the mean square: a level that fits no better than this is not changed to
+constexpr std::size_t kFewestCells = 10;
+constexpr double kStencilCells = 3.0;  // what interpolation reads around a point
 
-/// What a patch says of its DEM once the pose is free: values whose variances are 1 + scale^2 times the spread.
-struct Contrasts {
-  Eigen::VectorXd squared, spread;
-};
+MapWindow around(const TerrainPatch& patch, const Pose& T_map_body, double margin_m) {
+  const Eigen::Vector3d middle = T_map_body.translation();
+  MapWindow window{middle.x(), middle.y(), middle.x(), middle.y()};
+  for (const PatchCell& cell : patch.cells) {
+    const Eigen::Vector3d p = T_map_body * cell.p_body;
+    window = {std::min(window.west_m, p.x()), std::min(window.south_m, p.y()), std::max(window.east_m, p.x()),
+              std::max(window.north_m, p.y())};
+  }
+  return {window.west_m - margin_m, window.south_m - margin_m, window.east_m + margin_m, window.north_m + margin_m};
+}
 
 /// Cells' heights above the DEM, and how they change with the pose: height, tilt, shift.
 struct Residuals {
@@ -45,62 +52,60 @@ Residuals residuals_of(const TerrainPatch& patch, const Pose& T_map_body, const 
   return residuals;
 }
 
-Eigen::MatrixXd error_covariance(const std::vector<PatchCell>& cells, const DemErrorModel& error) {
-  const Eigen::Index n = std::ssize(cells);
-  Eigen::MatrixXd covariance(n, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j < n; ++j) {
-      covariance(i, j) = error.covariance((cells[i].p_body - cells[j].p_body).norm());
-    }
-  }
-  return covariance;
+/// An orthonormal basis of what the pose changes.
+Eigen::MatrixXd basis_of(const Eigen::MatrixXd& by_pose) {
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(by_pose);
+  return qr.householderQ() * Eigen::MatrixXd::Identity(by_pose.rows(), qr.rank());
 }
 
-/// Combinations of the residuals that no pose changes, made independent.
-Contrasts contrasts_of(const Residuals& residuals, const DemErrorModel& error) {
-  const Eigen::Index n = residuals.height_m.size();
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(residuals.by_pose);
-  const Eigen::Index left = n - qr.rank();
-  if (left < kFewestLeft) return {};
-  const Eigen::MatrixXd Q = qr.householderQ();
-  const Eigen::MatrixXd N = Q.rightCols(left);
-  Eigen::VectorXd own(n);
-  for (Eigen::Index i = 0; i < n; ++i) own[i] = residuals.cells[i].variance_m2;
-  const Eigen::MatrixXd by_dem = N.transpose() * error_covariance(residuals.cells, error) * N;
-  const Eigen::MatrixXd by_cells = N.transpose() * own.asDiagonal() * N;
-  // by_dem v = spread by_cells v, with v^T by_cells v = 1.
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(by_dem, by_cells);
-  const Eigen::VectorXd values = eigen.eigenvectors().transpose() * (N.transpose() * residuals.height_m);
-  return {values.cwiseAbs2(), eigen.eigenvalues().cwiseMax(0.0)};
-}
-
-double log_likelihood(const Contrasts& contrasts, double scale) {
-  const Eigen::ArrayXd variance = 1.0 + scale * scale * contrasts.spread.array();
-  return -0.5 * (variance.log() + contrasts.squared.array() / variance).sum();
+/// Sum of the variances of what is left beside a basis.
+double left_variance(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& covariance) {
+  return covariance.trace() - basis.cwiseProduct(covariance * basis).sum();
 }
 
 }  // namespace
 
-double DemNoise::scale_at(int i) { return 0.25 * std::exp2(6.0 * i / (kScales - 1)); }
-
-void DemNoise::add(const TerrainPatch& patch, const Pose& T_map_body, const Dem& dem, const DemErrorModel& stated) {
-  const Contrasts contrasts = contrasts_of(residuals_of(patch, T_map_body, dem), stated);
-  if (contrasts.squared.size() == 0) return;
-  for (int i = 0; i < kScales; ++i) {
-    log_likelihood_[i] = kMemory * log_likelihood_[i] + kEvidence * log_likelihood(contrasts, scale_at(i));
+DemNoise::DemNoise(std::shared_ptr<const Dem> dem, const DemErrorModel& stated, bool filter)
+    : dem_(std::move(dem)), stated_(stated) {
+  for (int i = 0; i < kLevels; ++i) {
+    const double scale = std::pow(2.0, 0.5 * i);
+    std::optional<WienerFilter> for_scale;
+    if (filter && !dem_->has_sigma()) {
+      for_scale = WienerFilter::of(dem_->raster(), {scale * stated.sigma_m, stated.correlation_length_m});
+    }
+    if (i > 0 && !for_scale) break;
+    levels_.push_back({.scale = scale, .filter = std::move(for_scale)});
   }
 }
 
-double DemNoise::scale() const {
-  const double most = *std::ranges::max_element(log_likelihood_);
-  double sum = 0.0, weighted = 0.0;
-  for (int i = 0; i < kScales; ++i) {
-    const double log_scale = std::log(scale_at(i)), prior = log_scale / kPriorSigma;
-    const double weight = std::exp(log_likelihood_[i] - most - 0.5 * prior * prior);
-    sum += weight;
-    weighted += weight * log_scale;
+void DemNoise::add(const TerrainPatch& patch, const Pose& T_map_body) {
+  expected_m2_ *= kMemory;
+  for (Level& level : levels_) {
+    level.left_m2 *= kMemory;
+    add(patch, T_map_body, level);
   }
-  return std::max(1.0, std::exp(weighted / sum));
+  const auto least = std::ranges::min_element(levels_, {}, &Level::left_m2);
+  if (least->left_m2 < kBetter * levels_[best_].left_m2) best_ = least - levels_.begin();
+}
+
+void DemNoise::add(const TerrainPatch& patch, const Pose& T_map_body, Level& level) {
+  std::optional<Dem> filtered;
+  if (level.filter) {
+    const MapWindow window = around(patch, T_map_body, kStencilCells * dem_->raster().cell_m);
+    filtered.emplace(level.filter->filtered(dem_->raster(), window), dem_->interpolation());
+  }
+  const Residuals residuals = residuals_of(patch, T_map_body, filtered ? *filtered : *dem_);
+  if (residuals.cells.size() < kFewestCells) return;
+  const Eigen::MatrixXd basis = basis_of(residuals.by_pose);
+  const auto freedom = static_cast<double>(basis.rows() - basis.cols());
+  level.left_m2 += (residuals.height_m - basis * (basis.transpose() * residuals.height_m)).squaredNorm() / freedom;
+  if (!level.filter) expected_m2_ += left_variance(basis, cell_covariance(residuals.cells, stated_)) / freedom;
+}
+
+double DemNoise::scale() const {
+  const Level& best = levels_[best_];
+  if (best.filter || expected_m2_ == 0.0) return best.scale;
+  return std::sqrt(std::max(1.0, best.left_m2 / expected_m2_));
 }
 
 }  // namespace demslam

@@ -1,30 +1,45 @@
 #pragma once
 
-#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
 
 #include "demslam/anchoring/terrain_patch.h"
 #include "demslam/dem/dem.h"
 #include "demslam/dem/error_model.h"
+#include "demslam/dem/wiener.h"
 
 namespace demslam {
 
-/// How many times larger the DEM's error is than was said, as the patches of a drive tell. Each is held against the DEM
-/// where the estimate puts it, with what the pose may still be off by taken out (height, tilt, and a shift along the
-/// DEM's slopes), so that only the shape counts: restricted maximum likelihood of the error's scale (Patterson and
-/// Thompson, Recovery of inter-block information when block sizes are unequal, Biometrika 58, 1971) on a grid, with a
-/// prior that what was said is about right, and slowly forgetting. Never below 1: fewer errors than stated are no
-/// reason to trust a map more than its makers do.
+/// How much larger the DEM's error is than was said, as the patches of a drive tell. Each is held against the DEM where
+/// the estimate puts it, with what the pose may still be off by taken out (height, tilt, and a shift along the DEM's
+/// slopes), so that only the shape counts. Of several levels of noise the one wins whose filtered DEM fits the patches
+/// best, whatever the spectrum of the noise: the patches have not seen the DEM. Never less than was said: a fit is no
+/// reason to trust a map more than its makers do. Old patches are slowly forgotten.
 class DemNoise {
  public:
-  /// A patch at its present pose, on the DEM as given, of the error as stated.
-  void add(const TerrainPatch& patch, const Pose& T_map_body, const Dem& dem, const DemErrorModel& stated);
+  /// Of a DEM as given. Without `filter`, or where it cannot be filtered, the only level is what was said.
+  DemNoise(std::shared_ptr<const Dem> dem, const DemErrorModel& stated, bool filter);
+
+  /// A patch at its present pose.
+  void add(const TerrainPatch& patch, const Pose& T_map_body);
+  /// The DEM's noise over what was said: 1 without patches, and in steps of a factor sqrt(2) where it can be filtered;
+  /// where not, what the patches leave over what they should leave (standard deviations).
   double scale() const;
 
  private:
-  static constexpr int kScales = 49;  ///< from a quarter to 16 times
-  static double scale_at(int i);
+  struct Level {
+    double scale = 1.0;
+    std::optional<WienerFilter> filter;
+    double left_m2 = 0.0;  ///< mean square that the patches leave: sum over them
+  };
+  void add(const TerrainPatch& patch, const Pose& T_map_body, Level& level);
 
-  std::array<double, kScales> log_likelihood_{};
+  std::shared_ptr<const Dem> dem_;
+  std::vector<Level> levels_;
+  std::size_t best_ = 0;
+  DemErrorModel stated_;
+  double expected_m2_ = 0.0;  ///< what the patches should leave on the DEM as given: sum over them
 };
 
 }  // namespace demslam

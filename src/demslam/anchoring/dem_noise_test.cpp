@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "demslam/base/random.h"
 #include "demslam/dem/perturb.h"
 
@@ -10,14 +12,23 @@ namespace {
 
 constexpr int kPatches = 12;
 
-Dem rough(const GaussianField& noise) {
+/// Self-affine relief, as the Moon's is.
+DemRaster relief() {
   DemRaster dem{.rows = 120, .cols = 120, .cell_m = 5.0, .west_m = -300.0, .north_m = 300.0};
   dem.heights.assign(14400, 0.0F);
-  dem = perturb(dem, {.noise_m = {.rms = 4.0, .correlation_length_m = 40.0, .seed = 2}});
-  return Dem(perturb(dem, {.noise_m = noise}));
+  std::uint64_t seed = 10;
+  for (double length_m = 160.0; length_m > 4.0; length_m /= 2.0) {
+    const double rms_m = 8.0 * std::pow(length_m / 160.0, 0.9);
+    dem = perturb(dem, {.noise_m = {.rms = rms_m, .correlation_length_m = length_m, .seed = seed++}});
+  }
+  return dem;
 }
 
-const Dem kGround = rough({});
+const Dem kGround(relief());
+
+Dem noisy(double rms_m) {
+  return Dem(perturb(relief(), {.noise_m = {.rms = rms_m, .correlation_length_m = 10.0, .seed = 3}}));
+}
 
 Pose middle_of(int patch) {
   return Pose(rotation_from_rpy(0.05, -0.1, 0.8), Eigen::Vector3d(40.0 * (patch - kPatches / 2), -20.0, 3.0));
@@ -37,30 +48,40 @@ TerrainPatch seen_from(const Pose& T_map_body) {
   return patch;
 }
 
-/// Of a DEM with such errors, where the rover takes itself for displaced.
-double noise_scale(const Dem& dem, const Pose& displaced = {}) {
-  DemNoise noise;
+/// Of a DEM whose noise is said to be 0.5 m, where the rover takes itself for displaced.
+double noise_scale(const Dem& dem, bool filter, const Pose& displaced = {}) {
+  DemNoise noise(std::make_shared<Dem>(dem), {0.5, 10.0}, filter);
   for (int i = 0; i < kPatches; ++i) {
     const Pose T_map_body = middle_of(i);
-    noise.add(seen_from(T_map_body), T_map_body * displaced, dem, {0.5, 10.0});
+    noise.add(seen_from(T_map_body), T_map_body * displaced);
   }
   return noise.scale();
 }
 
+/// Twelve patches tell the noise to a factor of two.
 TEST(DemNoise, TellsANoisierDem) {
-  EXPECT_NEAR(noise_scale(rough({.rms = 1.0, .correlation_length_m = 10.0, .seed = 3})), 2.0, 0.5);
-  EXPECT_NEAR(noise_scale(rough({.rms = 2.0, .correlation_length_m = 10.0, .seed = 3})), 4.0, 1.0);
+  for (const bool filter : {true, false}) {
+    EXPECT_NEAR(std::log2(noise_scale(noisy(1.0), filter)), 1.0, 1.01) << filter;
+    EXPECT_NEAR(std::log2(noise_scale(noisy(2.0), filter)), 2.0, 1.01) << filter;
+    EXPECT_NEAR(std::log2(noise_scale(noisy(4.0), filter)), 3.0, 1.01) << filter;
+  }
 }
 
 TEST(DemNoise, BelievesWhatWasStatedWhereItFits) {
-  EXPECT_LT(noise_scale(rough({.rms = 0.5, .correlation_length_m = 10.0, .seed = 3})), 1.25);
-  EXPECT_EQ(noise_scale(kGround), 1.0);
-  EXPECT_EQ(DemNoise().scale(), 1.0);
+  for (const bool filter : {true, false}) {
+    EXPECT_LT(noise_scale(noisy(0.5), filter), 2.01) << filter;
+    EXPECT_EQ(noise_scale(kGround, filter), 1.0) << filter;
+  }
+}
+
+TEST(DemNoise, SaysNothingWithoutPatches) {
+  const DemNoise noise(std::make_shared<Dem>(kGround), {0.5, 10.0}, true);
+  EXPECT_EQ(noise.scale(), 1.0);
 }
 
 TEST(DemNoise, IsNotMisledByTheRoversOwnError) {
   const Pose displaced(rotation_from_rpy(0.01, 0.01, 0.0), Eigen::Vector3d(1.0, -1.0, 2.0));
-  EXPECT_LT(noise_scale(rough({.rms = 0.5, .correlation_length_m = 10.0, .seed = 3}), displaced), 1.3);
+  for (const bool filter : {true, false}) EXPECT_LT(noise_scale(noisy(0.5), filter, displaced), 2.01) << filter;
 }
 
 }  // namespace

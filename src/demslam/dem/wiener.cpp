@@ -63,22 +63,42 @@ std::optional<PowerLaw> terrain_law(const DemRaster& dem, const DemErrorModel& e
 
 std::pair<int, int> offset_of(int tap) { return {tap % kSide - kRadius, tap / kSide - kRadius}; }
 
-double separation(int a, int b, int shift = 0) {
-  const auto [ax, ay] = offset_of(a);
-  const auto [bx, by] = offset_of(b);
-  return std::hypot(ax - bx - shift, ay - by);
-}
+/// A function of the distance between two taps, the second one moved to the right by some cells: made once per offset.
+class OfDistance {
+ public:
+  template <class Function>
+  explicit OfDistance(const Function& of_cells) : table_(static_cast<std::size_t>(kReach) * kReach) {
+    for (int dy = 0; dy < kReach; ++dy) {
+      for (int dx = 0; dx < kReach; ++dx)
+        table_[static_cast<std::size_t>(dy) * kReach + dx] = of_cells(std::hypot(dx, dy));
+    }
+  }
+  double operator()(int a, int b, int shift = 0) const {
+    const auto [ax, ay] = offset_of(a);
+    const auto [bx, by] = offset_of(b);
+    return table_[static_cast<std::size_t>(std::abs(ay - by)) * kReach + std::abs(ax - bx - shift)];
+  }
+
+ private:
+  static constexpr int kReach = kSide + kErrorLags;
+  std::vector<double> table_;
+};
+
+/// Covariances between taps: of the terrain (generalised) and of the DEM's error.
+struct Covariances {
+  OfDistance terrain, error;
+};
 
 /// Weights of the window that estimate the terrain at its centre.
-Eigen::VectorXd kriging_weights(const PowerLaw& terrain, const DemErrorModel& error, double cell_m) {
+Eigen::VectorXd kriging_weights(const Covariances& covariances) {
   Eigen::MatrixXd system = Eigen::MatrixXd::Zero(kTaps + 3, kTaps + 3);
   Eigen::VectorXd target = Eigen::VectorXd::Zero(kTaps + 3);
   const int centre = kTaps / 2;
   for (int i = 0; i < kTaps; ++i) {
     for (int j = 0; j < kTaps; ++j) {
-      system(i, j) = terrain.covariance(separation(i, j)) + error.covariance(separation(i, j) * cell_m);
+      system(i, j) = covariances.terrain(i, j) + covariances.error(i, j);
     }
-    target[i] = terrain.covariance(separation(i, centre));
+    target[i] = covariances.terrain(i, centre);
     const auto [dx, dy] = offset_of(i);
     const Eigen::Vector3d drift(1.0, dx, dy);
     system.block<1, 3>(i, kTaps) = drift.transpose();
@@ -89,26 +109,24 @@ Eigen::VectorXd kriging_weights(const PowerLaw& terrain, const DemErrorModel& er
 }
 
 /// Covariance of the filtered heights' errors `shift` cells apart: noise that passes, terrain that does not.
-double remaining_covariance(const Eigen::VectorXd& weights, const PowerLaw& terrain, const DemErrorModel& error,
-                            double cell_m, int shift) {
+double remaining_covariance(const Eigen::VectorXd& weights, const Covariances& covariances, int shift) {
   Eigen::VectorXd lost = weights;
   lost[kTaps / 2] -= 1.0;
   double sum = 0.0;
   for (int i = 0; i < kTaps; ++i) {
     for (int j = 0; j < kTaps; ++j) {
-      const double cells = separation(i, j, shift);
-      sum += weights[i] * weights[j] * error.covariance(cells * cell_m) + lost[i] * lost[j] * terrain.covariance(cells);
+      sum += weights[i] * weights[j] * covariances.error(i, j, shift) +
+             lost[i] * lost[j] * covariances.terrain(i, j, shift);
     }
   }
   return sum;
 }
 
-DemErrorModel remaining_error(const Eigen::VectorXd& weights, const PowerLaw& terrain, const DemErrorModel& error,
-                              double cell_m) {
-  const double variance = std::max(1e-6, remaining_covariance(weights, terrain, error, cell_m, 0));
+DemErrorModel remaining_error(const Eigen::VectorXd& weights, const Covariances& covariances, double cell_m) {
+  const double variance = std::max(1e-6, remaining_covariance(weights, covariances, 0));
   double before = 1.0;
   for (int lag = 1; lag <= kErrorLags; ++lag) {
-    const double correlation = remaining_covariance(weights, terrain, error, cell_m, lag) / variance;
+    const double correlation = remaining_covariance(weights, covariances, lag) / variance;
     if (correlation < std::exp(-1.0)) {
       const double part = (before - std::exp(-1.0)) / (before - correlation);
       return {std::sqrt(variance), (lag - 1 + part) * cell_m};
@@ -137,25 +155,34 @@ double filtered_height(const DemRaster& dem, const Eigen::VectorXd& weights, int
 
 }  // namespace
 
-std::optional<FilteredDem> wiener_filtered(const DemRaster& dem, const DemErrorModel& error) {
+std::optional<WienerFilter> WienerFilter::of(const DemRaster& dem, const DemErrorModel& error) {
   if (dem.heights.empty()) return std::nullopt;
   const std::optional<PowerLaw> terrain = terrain_law(dem, error);
   if (!terrain) return std::nullopt;
-  const Eigen::VectorXd weights = kriging_weights(*terrain, error, dem.cell_m);
-  FilteredDem result{dem, remaining_error(weights, *terrain, error, dem.cell_m)};
-  tbb::parallel_for(0, dem.rows, [&](int row) {
-    for (int col = 0; col < dem.cols; ++col) {
-      result.dem.at(row, col) = static_cast<float>(filtered_height(dem, weights, row, col));
+  const Covariances covariances{OfDistance([&](double cells) { return terrain->covariance(cells); }),
+                                OfDistance([&](double cells) { return error.covariance(cells * dem.cell_m); })};
+  Eigen::VectorXd weights = kriging_weights(covariances);
+  const DemErrorModel remaining = remaining_error(weights, covariances, dem.cell_m);
+  return WienerFilter(std::move(weights), remaining);
+}
+
+DemRaster WienerFilter::filtered(const DemRaster& dem, const MapWindow& window) const {
+  const CellWindow part = cells_in(dem, window);
+  DemRaster result = crop(dem, window);
+  tbb::parallel_for(0, result.rows, [&](int row) {
+    for (int col = 0; col < result.cols; ++col) {
+      result.at(row, col) = static_cast<float>(filtered_height(dem, weights_, part.row + row, part.col + col));
     }
   });
   return result;
 }
 
 BelievedDem most_probable(std::shared_ptr<const Dem> dem, const DemErrorModel& error) {
-  std::optional<FilteredDem> filtered;
-  if (!dem->has_sigma()) filtered = wiener_filtered(dem->raster(), error);
-  if (!filtered) return {std::move(dem), error};
-  return {std::make_shared<Dem>(std::move(filtered->dem), dem->interpolation()), filtered->remaining};
+  std::optional<WienerFilter> filter;
+  if (!dem->has_sigma()) filter = WienerFilter::of(dem->raster(), error);
+  if (!filter) return {std::move(dem), error};
+  const DemRaster& given = dem->raster();
+  return {std::make_shared<Dem>(filter->filtered(given, given.extent()), dem->interpolation()), filter->remaining()};
 }
 
 }  // namespace demslam

@@ -1,25 +1,36 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "demslam/dem/dem.h"
 #include "demslam/dem/error_model.h"
 
 namespace demslam {
 
-/// The most probable terrain below a noisy DEM, and what error it still has.
-struct FilteredDem {
-  DemRaster dem;
-  DemErrorModel remaining;
-};
-
 /// Wiener filter of a DEM, as a local best linear unbiased estimate (universal kriging with a linear drift, so that
 /// planes pass unchanged). The terrain's own spectrum is a power law fitted to the DEM's variogram after the error's is
-/// taken out. Where relief dominates, the kernel is almost a unit impulse; where noise does, a wide mean. Holes stay
-/// holes; next to them and at the edge less is filtered. None when the DEM is too small to know its own spectrum, or so
-/// large that it is read by tiles.
-std::optional<FilteredDem> wiener_filtered(const DemRaster& dem, const DemErrorModel& error);
+/// taken out. Where relief dominates, the kernel is almost a unit impulse; where noise does, a wide mean.
+class WienerFilter {
+ public:
+  /// None when the DEM is too small to know its own spectrum, or so large that it is read by tiles.
+  static std::optional<WienerFilter> of(const DemRaster& dem, const DemErrorModel& error);
+
+  /// The most probable terrain in the cells that touch a window. Holes stay holes; next to them and at the DEM's edge
+  /// less is filtered. Throws Error when the window lies outside.
+  DemRaster filtered(const DemRaster& dem, const MapWindow& window) const;
+  /// What error it still has.
+  const DemErrorModel& remaining() const { return remaining_; }
+
+ private:
+  WienerFilter(Eigen::VectorXd weights, const DemErrorModel& remaining)
+      : weights_(std::move(weights)), remaining_(remaining) {}
+
+  Eigen::VectorXd weights_;  ///< of the window around a cell
+  DemErrorModel remaining_;
+};
 
 /// A map as an estimator should see it, with its error.
 struct BelievedDem {

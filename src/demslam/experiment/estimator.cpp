@@ -119,7 +119,7 @@ Estimator terrain_patches() {
 Estimator filtered_patches() {
   Estimator estimator = terrain_patches();
   estimator.name = "filtered patches + states";
-  estimator.anchoring.filter_dem = true;
+  estimator.anchoring.filter_dem = estimator.anchoring.estimate_noise = true;
   estimator.anchoring.gate = true;
   return estimator;
 }

@@ -3,30 +3,12 @@
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 
-#include <numeric>
-
 namespace demslam {
-namespace {
-
-const int kMaxLandmarks = std::getenv("KML") ? std::atoi(std::getenv("KML")) : 400;  // per keyframe
-
-/// Keypoints with a depth, at most `kMaxLandmarks`, evenly thinned in the order of the extractor.
-std::vector<std::size_t> choose_keypoints(const StereoFeatures& features) {
-  std::vector<std::size_t> with_depth;
-  for (std::size_t i = 0; i < features.left.size(); ++i) {
-    if (features.has_depth(i)) with_depth.push_back(i);
-  }
-  if (with_depth.size() <= kMaxLandmarks) return with_depth;
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < kMaxLandmarks; ++i) chosen.push_back(with_depth[i * with_depth.size() / kMaxLandmarks]);
-  return chosen;
-}
-
-}  // namespace
 
 Window::Member Window::make_member(const StereoView& view, const Pose& T_world_left) {
   Member member{.id = next_id_++, .view = view, .T_world_left = T_world_left};
-  for (const std::size_t i : choose_keypoints(*view.features)) {
+  for (std::size_t i = 0; i < view.features->left.size(); ++i) {
+    if (!view.features->has_depth(i)) continue;
     const PatchPoint point{view.features->stereo_pixel(i), view.features->disparity_slope[i]};
     member.landmarks.push_back({.point = point, .disparity_px = point.pixel.z()});
   }
