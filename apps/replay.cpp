@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "commands.h"
+#include "dem_findings.h"
 #include "demslam/config/slam_config.h"
 #include "progress_bar.h"
 
@@ -28,7 +29,7 @@ void run(Arguments arguments) {
   const RunReport report = replay(arguments.inputs, options, bar.progress());
   fmt::print("{}: {} keyframes solved again in {:.1f} s\n", arguments.inputs.output.string(),
              report.result.counters.keyframes, report.seconds);
-  if (report.result.dem_shift) fmt::print("  {}\n", report.result.dem_shift->text());
+  print_dem_findings(report.result);
 }
 
 }  // namespace

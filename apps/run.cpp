@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "commands.h"
+#include "dem_findings.h"
 #include "demslam/config/slam_config.h"
 #include "demslam/features/frontend_names.h"
 #include "demslam/report/live_server.h"
@@ -63,7 +64,7 @@ void print(const RunInputs& inputs, const RunReport& report) {
     fmt::print("  {:.1f} m in {:.1f} s ({:.0f} ms per frame)\n", path_length_m(report.result.trajectory),
                report.seconds, 1e3 * report.seconds / static_cast<double>(counters.frames));
   }
-  if (report.result.dem_shift) fmt::print("  {}\n", report.result.dem_shift->text());
+  print_dem_findings(report.result);
   if (!counters.start_search.empty()) fmt::print("  start: {}\n", counters.start_search);
   if (report.resumed_at > inputs.first_frame) fmt::print("  resumed at frame {}\n", report.resumed_at);
   if (report.interrupted) fmt::print("  interrupted: the folder holds what was done; the same command goes on\n");

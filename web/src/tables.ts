@@ -43,6 +43,7 @@ const METRICS: Metric[] = [
   { group: "DEM lies off by", name: "East", unit: "m", of: summarised("dem_shift.m.0"), decimals: 2 },
   { group: "DEM lies off by", name: "North", unit: "m", of: summarised("dem_shift.m.1"), decimals: 2 },
   { group: "DEM lies off by", name: "up", unit: "m", of: summarised("dem_shift.m.2"), decimals: 2 },
+  { group: "DEM's noise", name: "over what was stated", unit: "", of: summarised("counters.dem_factors.noise_scale"), decimals: 1 },
   { group: "Cost", name: "time per frame", unit: "ms", of: (run) => run.data.timings["total_ms"]?.median ?? NaN, decimals: 0 },
   { group: "Cost", name: "memory", unit: "MiB", of: (run) => run.data.timings["rss_mib"]?.max ?? NaN, decimals: 0 },
 ];

@@ -45,6 +45,17 @@ TEST(DemShift, IsToldFromAKnownStartAndNoLongerBendsTheDrive) {
   EXPECT_LT(doubted.nees, 0.2 * trusted.nees);
 }
 
+TEST(DemNoise, NobodyToldNoLongerBendsTheDrive) {
+  const Traverse traverse = make_traverse({.length_m = 600.0, .dem = {.noise_rms_m = 2.0}, .seed = 2});
+  Estimator told = shipped();
+  told.anchoring.estimate_noise = false;
+  const EstimateScore warned = estimate(traverse, shipped()), lied_to = estimate(traverse, told);
+  EXPECT_GT(warned.anchoring.noise_scale, 2.0);
+  EXPECT_EQ(lied_to.anchoring.noise_scale, 1.0);
+  EXPECT_LT(warned.ate_m, 0.7 * lied_to.ate_m);
+  EXPECT_LT(warned.nees, 0.2 * lied_to.nees);
+}
+
 TEST(FixExperiment, CountsNoWrongFixOnHighlandAndMare) {
   const auto rows = fix_experiment({.reliefs = {Relief::highland, Relief::mare},
                                     .traverse = {.length_m = 300.0, .dem = kGoodDem},

@@ -43,6 +43,7 @@ Json counters_json(const SlamCounters& counters) {
             {"patches", counters.anchoring.patches},
             {"patch_cells", counters.anchoring.patch_cells},
             {"skipped_patches", counters.anchoring.skipped_patches},
+            {"noise_scale", counters.anchoring.noise_scale},
             {"submaps_searched", counters.anchoring.submaps.searched},
             {"submaps_accepted", counters.anchoring.submaps.accepted},
             {"submaps_moved", counters.anchoring.submaps.moved}}},
