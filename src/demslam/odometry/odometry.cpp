@@ -14,11 +14,12 @@
 namespace demslam {
 namespace {
 
-/// Around where a point is predicted: part of the image's width, and Lowe's ratio. A good prediction needs little else.
+/// Around where a point is predicted: part of the image's width, and Lowe's ratio. A good prediction needs little else;
+/// at last everywhere, for a learned matcher may know nothing of a turn that nearest neighbours still tell.
 struct SearchNear {
   double radius, ratio;
 };
-constexpr std::array<SearchNear, 2> kSearches = {{{0.04, 0.97}, {0.12, 0.9}}};
+constexpr std::array<SearchNear, 3> kSearches = {{{0.04, 0.97}, {0.12, 0.9}, {2.0, 0.9}}};
 
 constexpr int kIslandFrames = 10;  // frames tracked after a loss until the keyframe from before it is given up
 

@@ -37,8 +37,9 @@ FrontendOptions few_features() {
 /// Runs frames through an odometry and places every result in the first frame.
 class Drive {
  public:
-  explicit Drive(OdometryOptions options = {}, const RectifiedRig& rig = test_rig())
-      : odometry_(rig, make_frontend(few_features()), options) {}
+  explicit Drive(OdometryOptions options = {}, const RectifiedRig& rig = test_rig(),
+                 Frontend frontend = make_frontend(few_features()))
+      : odometry_(rig, std::move(frontend), options) {}
 
   void set_sensors(MotionSensors sensors) { odometry_.set_sensors(std::move(sensors)); }
 
@@ -227,6 +228,22 @@ TEST(StereoOdometry, NamesWhatIsWrongWithAFrame) {
   EXPECT_EQ(drive.feed(5, {Image(32, 24, 90), Image(32, 24, 90)}).reason, "frame of another size");
   for (const OdometryResult& result : drive.results()) ASSERT_TRUE(result.features);
   EXPECT_EQ(drive.feed(6).status, Tracking::tracked);
+}
+
+struct BlindMatcher : Matcher {
+  std::vector<Match> match(const Features&, const Features&) override { return {}; }
+};
+
+TEST(StereoOdometry, FindsASuddenTurnThatItsMatcherDoesNotSee) {
+  Frontend frontend = make_frontend(few_features());
+  frontend.matcher = std::make_unique<BlindMatcher>();
+  Drive drive({}, test_rig(), std::move(frontend));
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(drive.feed(i).reason, "");
+  const Pose turned = truth(2) * Pose(rotation_from_rpy(0.0, 0.3, 0.0), Eigen::Vector3d(0.0, 0.0, 0.06));
+  const OdometryResult& turn = drive.feed(3, render_pair(test_rig(), turned, 7));
+  EXPECT_EQ(turn.status, Tracking::tracked) << turn.reason;
+  const Pose T_first_turned = truth(0).inverse() * turned;
+  EXPECT_LT((T_first_turned.inverse() * drive.poses().back()).log().norm(), 0.05);
 }
 
 TEST(StereoOdometry, RefusesAJump) {
