@@ -20,9 +20,7 @@ gtsam::SharedNoiseModel robust(int rows, double sigma, double kernel_sigmas) {
                                            gtsam::noiseModel::Isotropic::Sigma(rows, sigma));
 }
 
-DemErrorModel stated_error(const AnchoringOptions& options, double scale = 1.0) {
-  return {scale * options.sigma_dem_m, options.dem_correlation_m};
-}
+DemErrorModel stated_error(const AnchoringOptions& options) { return {options.sigma_dem_m, options.dem_correlation_m}; }
 
 TerrainGradient gradient(const AnchoringOptions& options) {
   return options.full_gradient ? TerrainGradient::full : TerrainGradient::vertical_only;
@@ -61,27 +59,15 @@ DemAnchor::DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& opt
                      const Eigen::Vector3d& p_body_ground, const Pose& T_body_left)
     : given_(std::move(dem)),
       options_(options),
+      terrain_(given_, stated_error(options), options.filter_dem, options.estimate_noise),
       p_body_ground_(p_body_ground),
       T_body_left_(T_body_left),
       patch_(fitted_to(given_->raster().cell_m, options.patch)),
       sigma_contact_m_(relief_within(given_->raster().cell_m, options.sigma_contact_m)) {
-  if (options.estimate_noise) noise_.emplace(given_, stated_error(options), options.filter_dem);
-  believe(1.0);
-  if (options.submap.recover || options.submap.factors)
-    submaps_.emplace(believed_.dem, believed_.error, options.patch, options.patch_factor, options.submap, T_body_left);
-}
-
-/// The DEM with the error that was stated, times `noise_scale`. Filtering it is work: that is done once per scale.
-void DemAnchor::believe(double noise_scale) {
-  const DemErrorModel error = stated_error(options_, noise_scale);
-  noise_scale_ = noise_scale;
-  if (options_.filter_dem) {
-    auto known = filtered_.find(noise_scale);
-    if (known == filtered_.end()) known = filtered_.emplace(noise_scale, most_probable(given_, error)).first;
-    believed_ = known->second;
-  } else {
-    believed_ = {given_, error};
-  }
+  if (!options.submap.recover && !options.submap.factors) return;
+  const DemErrorModel error = stated_error(options);
+  const BelievedDem everywhere = options.filter_dem ? most_probable(given_, error) : BelievedDem{given_, error};
+  submaps_.emplace(everywhere.dem, everywhere.error, options.patch, options.patch_factor, options.submap, T_body_left);
 }
 
 void DemAnchor::add_landmarks(KeyframeLandmarks landmarks) {
@@ -113,6 +99,7 @@ std::optional<DemShift> DemAnchor::dem_shift(const PoseGraph& graph) const {
 
 AnchoringReport DemAnchor::report() const {
   AnchoringReport report = report_;
+  report.noise_scale = terrain_.noise_scale();
   if (submaps_) report.submaps = submaps_->report();
   return report;
 }
@@ -136,7 +123,7 @@ void DemAnchor::update(PoseGraph& graph) {
 /// A slope below what the DEM's error alone makes is not believed.
 TerrainGradient DemAnchor::believed_slope(const DemSample& ground) {
   if (!options_.full_gradient) return TerrainGradient::vertical_only;
-  if (!options_.gate || ground.gradient.norm() > slope_sigma(believed_.error, believed_.dem->raster().cell_m))
+  if (!options_.gate || ground.gradient.norm() > slope_sigma(here_.error, here_.dem->raster().cell_m))
     return TerrainGradient::full;
   ++report_.gated_heights;
   return TerrainGradient::vertical_only;
@@ -145,20 +132,20 @@ TerrainGradient DemAnchor::believed_slope(const DemSample& ground) {
 void DemAnchor::anchor(PoseGraph& graph, std::size_t keyframe) {
   if (!options_.height && !options_.normal) return;
   const Eigen::Vector3d p = graph.T_map_body(keyframe) * p_body_ground_;
-  const auto ground = believed_.dem->sample(p.x(), p.y());
+  here_ = terrain_.around(p.head<2>());
+  const auto ground = here_.dem->sample(p.x(), p.y());
   if (!ground) {
     ++report_.skipped_outside;
     return;
   }
   if (options_.height) {
-    const double alike = options_.alike_errors ? alike_factors(believed_.error, options_.spacing_m) : 1.0;
+    const double alike = options_.alike_errors ? alike_factors(here_.error, options_.spacing_m) : 1.0;
     const std::optional<double> mapped_m = given_->sigma_m(p.x(), p.y());
-    const double sigma_dem_m = std::sqrt(alike) * (mapped_m ? noise_scale_ * *mapped_m : believed_.error.sigma_m);
+    const double sigma_dem_m = std::sqrt(alike) * (mapped_m ? terrain_.noise_scale() * *mapped_m : here_.error.sigma_m);
     const auto noise = robust(1, std::hypot(sigma_dem_m, sigma_contact_m_), options_.kernel_sigmas);
-    add_on_dem(
-        graph,
-        boost::make_shared<DemHeightFactor>(keyframe, believed_.dem, p_body_ground_, noise, believed_slope(*ground)),
-        dem_shift_key(graph));
+    add_on_dem(graph,
+               boost::make_shared<DemHeightFactor>(keyframe, here_.dem, p_body_ground_, noise, believed_slope(*ground)),
+               dem_shift_key(graph));
     ++report_.height;
   }
   if (options_.normal) add_normal(graph, keyframe, *ground);
@@ -185,7 +172,7 @@ void DemAnchor::add_normal(PoseGraph& graph, std::size_t keyframe, const DemSamp
   double sigma_rad = options_.sigma_normal_deg * kRadPerDeg;
   if (options_.gate) {
     const double elsewhere_rad = ground.hessian.norm() * horizontal_sigma_m(graph);
-    sigma_rad = std::hypot(sigma_rad, slope_sigma(believed_.error, believed_.dem->raster().cell_m), elsewhere_rad);
+    sigma_rad = std::hypot(sigma_rad, slope_sigma(here_.error, here_.dem->raster().cell_m), elsewhere_rad);
   }
   if (sigma_rad > kVague_rad) {
     ++report_.skipped_vague;
@@ -193,7 +180,7 @@ void DemAnchor::add_normal(PoseGraph& graph, std::size_t keyframe, const DemSamp
   }
   const auto noise = robust(2, sigma_rad, options_.kernel_sigmas);
   const auto slope = options_.gate ? TerrainGradient::vertical_only : gradient(options_);
-  add_on_dem(graph, boost::make_shared<DemNormalFactor>(keyframe, believed_.dem, p_body_ground_, noise, slope),
+  add_on_dem(graph, boost::make_shared<DemNormalFactor>(keyframe, here_.dem, p_body_ground_, noise, slope),
              dem_shift_key(graph));
   ++report_.normal;
 }
@@ -202,19 +189,10 @@ void DemAnchor::add_normal(PoseGraph& graph, std::size_t keyframe, const DemSamp
 TerrainGradient DemAnchor::believed_relief(const TerrainPatch& patch, const Pose& T_map_body) {
   if (!options_.gate) return TerrainGradient::full;
   constexpr double kMemory = 0.8;
-  relief_evidence_ = kMemory * relief_evidence_ + relief_evidence(patch, T_map_body, *believed_.dem, believed_.error);
+  relief_evidence_ = kMemory * relief_evidence_ + relief_evidence(patch, T_map_body, *here_.dem, here_.error);
   if (relief_evidence_ > 0.0) return TerrainGradient::full;
   ++report_.gated_patches;
   return TerrainGradient::vertical_only;
-}
-
-/// What a patch shows of the DEM's error counts for itself already.
-void DemAnchor::look_at_noise(const TerrainPatch& patch, const Pose& T_map_body) {
-  constexpr double kWorthIt = 1.25;
-  noise_->add(patch, T_map_body);
-  const double change = noise_->scale() / noise_scale_;
-  if (change > kWorthIt || change < 1.0 / kWorthIt) believe(noise_->scale());
-  report_.noise_scale = noise_scale_;
 }
 
 void DemAnchor::close_stretch(PoseGraph& graph, std::size_t end) {
@@ -223,12 +201,15 @@ void DemAnchor::close_stretch(PoseGraph& graph, std::size_t end) {
   for (const KeyframeLandmarks& seen : landmarks_) {
     if (seen.keyframe <= end) stretch.push_back({graph.T_map_body(seen.keyframe) * T_body_left_, &seen.points});
   }
-  const auto patch = build_patch(stretch, middle, graph.T_map_body(middle), *believed_.dem, patch_);
+  const Pose& T_map_middle = graph.T_map_body(middle);
+  here_ = terrain_.around(T_map_middle.translation().head<2>());
+  const auto patch = build_patch(stretch, middle, T_map_middle, *here_.dem, patch_);
   if (patch) {
-    if (noise_) look_at_noise(*patch, graph.T_map_body(middle));
+    terrain_.add(*patch, T_map_middle);
+    here_ = terrain_.around(T_map_middle.translation().head<2>());
     add_on_dem(graph,
-               boost::make_shared<TerrainPatchFactor>(*patch, believed_.dem, believed_.error, options_.patch_factor,
-                                                      believed_relief(*patch, graph.T_map_body(middle))),
+               boost::make_shared<TerrainPatchFactor>(*patch, here_.dem, here_.error, options_.patch_factor,
+                                                      believed_relief(*patch, T_map_middle)),
                dem_shift_key(graph));
     ++report_.patches;
     report_.patch_cells += static_cast<int>(patch->cells.size());

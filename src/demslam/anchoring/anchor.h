@@ -1,19 +1,17 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "demslam/anchoring/dem_noise.h"
+#include "demslam/anchoring/believed_terrain.h"
 #include "demslam/anchoring/patch_factor_options.h"
 #include "demslam/anchoring/submap_recovery.h"
 #include "demslam/anchoring/terrain_gradient.h"
 #include "demslam/anchoring/terrain_patch.h"
 #include "demslam/dem/dem.h"
-#include "demslam/dem/wiener.h"
 #include "demslam/geometry/pose.h"
 #include "demslam/graph/pose_graph.h"
 
@@ -91,16 +89,12 @@ class DemAnchor {
   TerrainGradient believed_relief(const TerrainPatch& patch, const Pose& T_map_body);
   double horizontal_sigma_m(const PoseGraph& graph);
   void close_stretch(PoseGraph& graph, std::size_t end);
-  void look_at_noise(const TerrainPatch& patch, const Pose& T_map_body);
-  void believe(double noise_scale);
   std::optional<std::uint64_t> dem_shift_key(PoseGraph& graph);
 
   std::shared_ptr<const Dem> given_;
   AnchoringOptions options_;
-  std::optional<DemNoise> noise_;
-  BelievedDem believed_;                    ///< filtered, where that is asked for
-  double noise_scale_ = 1.0;                ///< with which it was made
-  std::map<double, BelievedDem> filtered_;  ///< by noise scale
+  BelievedTerrain terrain_;
+  BelievedDem here_;  ///< of that, around what is being tied
   Eigen::Vector3d p_body_ground_;
   Pose T_body_left_;
   AnchoringReport report_;

@@ -65,9 +65,9 @@ double left_variance(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& covari
 
 }  // namespace
 
-DemNoise::DemNoise(std::shared_ptr<const Dem> dem, const DemErrorModel& stated, bool filter)
+DemNoise::DemNoise(std::shared_ptr<const Dem> dem, const DemErrorModel& stated, bool filter, bool levels)
     : dem_(std::move(dem)), stated_(stated) {
-  for (int i = 0; i < kLevels; ++i) {
+  for (int i = 0; i < (levels ? kLevels : 1); ++i) {
     const double scale = std::pow(2.0, 0.5 * i);
     std::optional<WienerFilter> for_scale;
     if (filter && !dem_->has_sigma()) {

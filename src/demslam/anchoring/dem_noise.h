@@ -18,14 +18,17 @@ namespace demslam {
 /// reason to trust a map more than its makers do. Old patches are slowly forgotten.
 class DemNoise {
  public:
-  /// Of a DEM as given. Without `filter`, or where it cannot be filtered, the only level is what was said.
-  DemNoise(std::shared_ptr<const Dem> dem, const DemErrorModel& stated, bool filter);
+  /// Of a DEM as given. Without `filter`, or where it cannot be filtered, or without `levels`, the only level is what
+  /// was said.
+  DemNoise(std::shared_ptr<const Dem> dem, const DemErrorModel& stated, bool filter, bool levels = true);
 
   /// A patch at its present pose.
   void add(const TerrainPatch& patch, const Pose& T_map_body);
   /// The DEM's noise over what was said: 1 without patches, and in steps of a factor sqrt(2) where it can be filtered;
   /// where not, what the patches leave over what they should leave (standard deviations).
   double scale() const;
+  /// For that noise; null where the DEM is not filtered.
+  const WienerFilter* filter() const { return levels_[best_].filter ? &*levels_[best_].filter : nullptr; }
 
  private:
   struct Level {

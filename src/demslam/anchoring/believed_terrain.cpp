@@ -1,0 +1,41 @@
+#include "demslam/anchoring/believed_terrain.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace demslam {
+namespace {
+
+constexpr double kReach_m = 250.0, kReachCells = 100.0;
+
+bool touch(const MapWindow& a, const MapWindow& b) {
+  return a.west_m < b.east_m && b.west_m < a.east_m && a.south_m < b.north_m && b.south_m < a.north_m;
+}
+
+}  // namespace
+
+BelievedTerrain::BelievedTerrain(std::shared_ptr<const Dem> dem, const DemErrorModel& stated, bool filter,
+                                 bool estimate_noise)
+    : dem_(std::move(dem)),
+      stated_(stated),
+      estimate_noise_(estimate_noise),
+      noise_(dem_, stated, filter, estimate_noise),
+      reach_m_(std::max(kReach_m, kReachCells * dem_->raster().cell_m)) {}
+
+const BelievedDem& BelievedTerrain::around(const Eigen::Vector2d& place_m) {
+  const WienerFilter* filter = noise_.filter();
+  const MapWindow window{place_m.x() - reach_m_, place_m.y() - reach_m_, place_m.x() + reach_m_,
+                         place_m.y() + reach_m_};
+  if (filter == nullptr || !touch(window, dem_->raster().extent())) {
+    believed_ = {dem_, {noise_.scale() * stated_.sigma_m, stated_.correlation_length_m}};
+    made_with_ = nullptr;
+  } else if (filter != made_with_ || (place_m - middle_m_).lpNorm<Eigen::Infinity>() > 0.5 * reach_m_) {
+    believed_ = {std::make_shared<Dem>(filter->filtered(dem_->raster(), window), dem_->interpolation()),
+                 filter->remaining()};
+    made_with_ = filter;
+    middle_m_ = place_m;
+  }
+  return believed_;
+}
+
+}  // namespace demslam
