@@ -8,6 +8,8 @@
 namespace demslam {
 namespace {
 
+constexpr double kFinest_m = 1.0;  // as the rover's own footprint
+
 /// A landmark over the terrain.
 struct Sounding {
   Eigen::Vector3d p_map;
@@ -90,13 +92,12 @@ std::optional<TerrainPatch> patch_over(const Dem* dem, const std::vector<PosedLa
 
 double relief_within(double cell_m, double in_5m_m) {
   constexpr double kHurst = 0.76;
-  return in_5m_m * std::pow(cell_m / 5.0, kHurst);
+  return in_5m_m * std::pow(std::max(kFinest_m, cell_m) / 5.0, kHurst);
 }
 
 PatchOptions fitted_to(double dem_cell_m, PatchOptions options) {
-  constexpr double kFinest_m = 1.0;
   options.cell_m = std::min(options.cell_m, std::max(kFinest_m, dem_cell_m));
-  options.sigma_relief_m = relief_within(std::max(kFinest_m, dem_cell_m), options.sigma_relief_m);
+  options.sigma_relief_m = relief_within(dem_cell_m, options.sigma_relief_m);
   return options;
 }
 

@@ -97,6 +97,25 @@ TEST(StereoOdometry, FollowsStepsOfSeventyCentimetres) {
   EXPECT_LT(drive.position_error(), 0.01 * 0.06 * 96);
 }
 
+TEST(StereoOdometry, GoesFromFrameToFrameByPnp) {
+  OdometryOptions options;
+  options.method = OdometryMethod::pnp;
+  Drive drive(options);
+  for (int i = 0; i < 5; ++i) {
+    const OdometryResult& result = drive.feed(i);
+    EXPECT_TRUE(result.is_keyframe);
+    if (i > 0) EXPECT_EQ(result.reference_keyframe, static_cast<std::size_t>(i - 1));
+  }
+  EXPECT_LT(drive.position_error(), 0.03);
+}
+
+TEST(OdometryMethod, HasAWordForEach) {
+  for (const OdometryMethod method : {OdometryMethod::pnp, OdometryMethod::keyframe, OdometryMethod::window}) {
+    EXPECT_EQ(odometry_method(to_string(method)), method);
+  }
+  EXPECT_FALSE(odometry_method("frame"));
+}
+
 TEST(StereoOdometry, ErrorsFitTheClaimedCovariance) {
   Drive drive;
   for (int i = 0; i < 8; ++i) drive.feed(i);
