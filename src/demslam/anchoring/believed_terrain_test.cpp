@@ -20,7 +20,7 @@ TEST(BelievedTerrain, IsTheWholeFilteredDemAroundTheRover) {
   const auto dem = large();
   const BelievedDem whole = most_probable(dem, kError);
   BelievedTerrain terrain(dem, kError, true, false);
-  for (const Eigen::Vector2d place : {Eigen::Vector2d(-300.0, 100.0), Eigen::Vector2d(700.0, -700.0)}) {
+  for (const Eigen::Vector2d& place : {Eigen::Vector2d(-300.0, 100.0), Eigen::Vector2d(700.0, -700.0)}) {
     const BelievedDem& here = terrain.around(place);
     EXPECT_EQ(here.error.sigma_m, whole.error.sigma_m);
     EXPECT_LT(here.dem->raster().rows, dem->raster().rows);

@@ -10,9 +10,10 @@
 namespace demslam {
 namespace {
 
-constexpr int kLevels = 7;        // up to eight times
-constexpr double kMemory = 0.95;  // per patch: of some 400 m
-constexpr double kBetter = 0.97;  // of the mean square: a level that fits no better than this is not changed to
+constexpr int kLevels = 7;              // up to eight times
+constexpr double kMemory = 0.95;        // per patch: of some 400 m
+constexpr double kStatedPatches = 5.0;  // what was said counts like so many that fit all levels alike
+constexpr double kBetter = 0.97;        // of the mean square: a level that fits no better than this is not changed to
 constexpr std::size_t kFewestCells = 10;
 constexpr double kStencilCells = 3.0;  // what interpolation reads around a point
 
@@ -76,6 +77,10 @@ DemNoise::DemNoise(std::shared_ptr<const Dem> dem, const DemErrorModel& stated, 
     if (i > 0 && !for_scale) break;
     levels_.push_back({.scale = scale, .filter = std::move(for_scale)});
   }
+  const std::optional<WienerFilter>& as_stated = levels_.front().filter;
+  const double sigma_m = as_stated ? as_stated->remaining().sigma_m : stated.sigma_m;
+  expected_m2_ = kStatedPatches * sigma_m * sigma_m;
+  for (Level& level : levels_) level.left_m2 = expected_m2_;
 }
 
 void DemNoise::add(const TerrainPatch& patch, const Pose& T_map_body) {
@@ -104,7 +109,7 @@ void DemNoise::add(const TerrainPatch& patch, const Pose& T_map_body, Level& lev
 
 double DemNoise::scale() const {
   const Level& best = levels_[best_];
-  if (best.filter || expected_m2_ == 0.0) return best.scale;
+  if (best.filter) return best.scale;
   return std::sqrt(std::max(1.0, best.left_m2 / expected_m2_));
 }
 

@@ -104,7 +104,9 @@ TEST(StereoOdometry, GoesFromFrameToFrameByPnp) {
   for (int i = 0; i < 5; ++i) {
     const OdometryResult& result = drive.feed(i);
     EXPECT_TRUE(result.is_keyframe);
-    if (i > 0) EXPECT_EQ(result.reference_keyframe, static_cast<std::size_t>(i - 1));
+    if (i > 0) {
+      EXPECT_EQ(result.reference_keyframe, static_cast<std::size_t>(i - 1));
+    }
   }
   EXPECT_LT(drive.position_error(), 0.03);
 }
