@@ -23,7 +23,6 @@ class BelievedTerrain {
 
  private:
   std::shared_ptr<const Dem> dem_;
-  DemErrorModel stated_;
   bool estimate_noise_;
   DemNoise noise_;
   double reach_m_;  ///< from the middle of what is filtered at a time to its edges

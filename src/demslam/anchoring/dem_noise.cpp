@@ -13,7 +13,8 @@ namespace {
 constexpr int kLevels = 7;              // up to eight times
 constexpr double kMemory = 0.95;        // per patch: of some 400 m
 constexpr double kStatedPatches = 5.0;  // what was said counts like so many that fit all levels alike
-constexpr double kBetter = 0.97;        // of the mean square: a level that fits no better than this is not changed to
+// Of the mean square that the patches leave: a level is changed to only where it leaves less than so much of it.
+constexpr double kBetterThanStated = 0.7, kBetter = 0.97;
 constexpr std::size_t kFewestCells = 10;
 constexpr double kStencilCells = 3.0;  // what interpolation reads around a point
 
@@ -67,30 +68,29 @@ double left_variance(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& covari
 }  // namespace
 
 DemNoise::DemNoise(std::shared_ptr<const Dem> dem, const DemErrorModel& stated, bool filter, bool levels)
-    : dem_(std::move(dem)), stated_(stated) {
+    : dem_(std::move(dem)) {
   for (int i = 0; i < (levels ? kLevels : 1); ++i) {
     const double scale = std::pow(2.0, 0.5 * i);
+    const DemErrorModel error{scale * stated.sigma_m, stated.correlation_length_m};
     std::optional<WienerFilter> for_scale;
-    if (filter && !dem_->has_sigma()) {
-      for_scale = WienerFilter::of(dem_->raster(), {scale * stated.sigma_m, stated.correlation_length_m});
-    }
+    if (filter && !dem_->has_sigma()) for_scale = WienerFilter::of(dem_->raster(), error);
     if (i > 0 && !for_scale) break;
-    levels_.push_back({.scale = scale, .filter = std::move(for_scale)});
+    levels_.push_back({.scale = scale, .filter = for_scale, .error = for_scale ? for_scale->remaining() : error});
   }
-  const std::optional<WienerFilter>& as_stated = levels_.front().filter;
-  const double sigma_m = as_stated ? as_stated->remaining().sigma_m : stated.sigma_m;
-  expected_m2_ = kStatedPatches * sigma_m * sigma_m;
-  for (Level& level : levels_) level.left_m2 = expected_m2_;
+  for (Level& level : levels_) {
+    level.left_m2 = kStatedPatches * levels_.front().error.covariance(0.0);
+    level.expected_m2 = kStatedPatches * level.error.covariance(0.0);
+  }
 }
 
 void DemNoise::add(const TerrainPatch& patch, const Pose& T_map_body) {
-  expected_m2_ *= kMemory;
-  for (Level& level : levels_) {
-    level.left_m2 *= kMemory;
-    add(patch, T_map_body, level);
-  }
+  for (Level& level : levels_) add(patch, T_map_body, level);
   const auto least = std::ranges::min_element(levels_, {}, &Level::left_m2);
-  if (least->left_m2 < kBetter * levels_[best_].left_m2) best_ = least - levels_.begin();
+  if (least->left_m2 > kBetterThanStated * levels_.front().left_m2) {
+    best_ = 0;
+  } else if (best_ == 0 || least->left_m2 < kBetter * levels_[best_].left_m2) {
+    best_ = least - levels_.begin();
+  }
 }
 
 void DemNoise::add(const TerrainPatch& patch, const Pose& T_map_body, Level& level) {
@@ -103,14 +103,20 @@ void DemNoise::add(const TerrainPatch& patch, const Pose& T_map_body, Level& lev
   if (residuals.cells.size() < kFewestCells) return;
   const Eigen::MatrixXd basis = basis_of(residuals.by_pose);
   const auto freedom = static_cast<double>(basis.rows() - basis.cols());
-  level.left_m2 += (residuals.height_m - basis * (basis.transpose() * residuals.height_m)).squaredNorm() / freedom;
-  if (!level.filter) expected_m2_ += left_variance(basis, cell_covariance(residuals.cells, stated_)) / freedom;
+  const Eigen::VectorXd left = residuals.height_m - basis * (basis.transpose() * residuals.height_m);
+  const double expected_m2 = left_variance(basis, cell_covariance(residuals.cells, level.error));
+  level.left_m2 = kMemory * level.left_m2 + left.squaredNorm() / freedom;
+  level.expected_m2 = kMemory * level.expected_m2 + expected_m2 / freedom;
 }
 
 double DemNoise::scale() const {
   const Level& best = levels_[best_];
-  if (best.filter) return best.scale;
-  return std::sqrt(std::max(1.0, best.left_m2 / expected_m2_));
+  return best.filter ? best.scale : std::sqrt(std::max(1.0, best.left_m2 / best.expected_m2));
+}
+
+DemErrorModel DemNoise::error() const {
+  const Level& best = levels_[best_];
+  return best.filter ? best.error : DemErrorModel{scale() * best.error.sigma_m, best.error.correlation_length_m};
 }
 
 }  // namespace demslam

@@ -14,8 +14,9 @@ namespace demslam {
 /// How much larger the DEM's error is than was said, as the patches of a drive tell. Each is held against the DEM where
 /// the estimate puts it, with what the pose may still be off by taken out (height, tilt, and a shift along the DEM's
 /// slopes), so that only the shape counts. Of several levels of noise the one wins whose filtered DEM fits the patches
-/// best, whatever the spectrum of the noise: the patches have not seen the DEM. Never less than was said: a fit is no
-/// reason to trust a map more than its makers do. Old patches are slowly forgotten.
+/// best, whatever the spectrum of the noise: the patches have not seen the DEM. What was said is left only where
+/// another level fits better by far (30 % of the mean square), and never for less: a fit is no reason to trust a map
+/// more than its makers do. Old patches are slowly forgotten.
 class DemNoise {
  public:
   /// Of a DEM as given. Without `filter`, or where it cannot be filtered, or without `levels`, the only level is what
@@ -27,6 +28,8 @@ class DemNoise {
   /// The DEM's noise over what was said: 1 without patches, and in steps of a factor sqrt(2) where it can be filtered;
   /// where not, what the patches leave over what they should leave (standard deviations).
   double scale() const;
+  /// Of the DEM as filtered for that noise, or as given.
+  DemErrorModel error() const;
   /// For that noise; null where the DEM is not filtered.
   const WienerFilter* filter() const { return levels_[best_].filter ? &*levels_[best_].filter : nullptr; }
 
@@ -34,15 +37,15 @@ class DemNoise {
   struct Level {
     double scale = 1.0;
     std::optional<WienerFilter> filter;
-    double left_m2 = 0.0;  ///< mean square that the patches leave: sum over them
+    DemErrorModel error;  ///< of the DEM filtered so
+    /// Mean square that the patches leave, and should leave: sums over them.
+    double left_m2 = 0.0, expected_m2 = 0.0;
   };
   void add(const TerrainPatch& patch, const Pose& T_map_body, Level& level);
 
   std::shared_ptr<const Dem> dem_;
   std::vector<Level> levels_;
   std::size_t best_ = 0;
-  DemErrorModel stated_;
-  double expected_m2_ = 0.0;  ///< what the patches should leave on the DEM as given: sum over them
 };
 
 }  // namespace demslam

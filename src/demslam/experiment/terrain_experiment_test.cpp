@@ -13,12 +13,11 @@ TerrainExperiment small_experiment() {
   return {.scenes = {{"small", {.length_m = 60.0}}}, .estimators = {odometry_only(), published_factors()}, .seeds = 5};
 }
 
-/// Odometry three times worse than the default is told, which doubts the DEM besides.
 TEST(Estimators, TheMoreOfTheTerrainTheyUseTheBetterTheyKnowWhereTheyAre) {
   const Traverse traverse = make_traverse({.length_m = 378.0, .odometry = OdometryErrors{}.times(3.0), .seed = 3});
   const double odometry_m = estimate(traverse, odometry_only()).ate_m;
   EXPECT_LT(estimate(traverse, terrain_patches()).ate_m, 0.3 * odometry_m);
-  EXPECT_LT(estimate(traverse, shipped()).ate_m, 0.5 * odometry_m);
+  EXPECT_LT(estimate(traverse, shipped()).ate_m, 0.3 * odometry_m);
 }
 
 TEST(Traverse, IsTheSameForTheSameSeedOnly) {
