@@ -31,9 +31,9 @@ void run(Arguments a) {
 
 void add_drift_experiment(CLI::App& experiments) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* command = experiments.add_subcommand(
-      "drift",
-      "odometry alone, frame to frame and windowed, with every front-end: three drives of 300 m, real sequences");
+  CLI::App* command = experiments.add_subcommand("drift",
+                                                 "odometry alone, frame to frame, by keyframes and by a window, with "
+                                                 "every front-end: three drives of 300 m, real sequences");
   command->add_option("-o,--output", a->output, "folder for runs and tables; goes on where it stopped")->required();
   command->add_flag("--quick", a->extent.quick, "40 m of small images per drive");
   command->add_option("--seeds", a->extent.seeds, "worlds per drive")->check(CLI::PositiveNumber);
