@@ -104,8 +104,9 @@ void DemNoise::add(const TerrainPatch& patch, const Pose& T_map_body, Level& lev
   const Eigen::MatrixXd basis = basis_of(residuals.by_pose);
   const auto freedom = static_cast<double>(basis.rows() - basis.cols());
   const Eigen::VectorXd left = residuals.height_m - basis * (basis.transpose() * residuals.height_m);
-  const double expected_m2 = left_variance(basis, cell_covariance(residuals.cells, level.error));
   level.left_m2 = kMemory * level.left_m2 + left.squaredNorm() / freedom;
+  if (level.filter) return;  // told by the levels beside it
+  const double expected_m2 = left_variance(basis, cell_covariance(residuals.cells, level.error));
   level.expected_m2 = kMemory * level.expected_m2 + expected_m2 / freedom;
 }
 
