@@ -4,6 +4,7 @@
 #include "demslam/experiment/drift_experiment.h"
 #include "demslam/experiment/published.h"
 #include "experiments.h"
+#include "frontend_choice.h"
 #include "progress_bar.h"
 
 namespace demslam::apps {
@@ -12,14 +13,14 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Arguments {
-  fs::path output, configs, xfeat, lighterglue;
-  int points = 1024;
+  fs::path output, configs;
+  FrontendChoice choice;
   ExperimentExtent extent;
   DriftExperiment experiment;
 };
 
 void run(Arguments a) {
-  a.experiment.frontends = compared_frontends(a.points, a.xfeat, a.lighterglue);
+  a.experiment.frontends = a.choice.frontends();
   a.experiment.drives = short_drives(scene_presets(a.configs), a.extent);
   a.experiment.seeds = seeds_of(a.extent);
   ProgressBar bar("drift", "frames");
@@ -39,10 +40,7 @@ void add_drift_experiment(CLI::App& experiments) {
   command->add_option("--seeds", a->extent.seeds, "worlds per drive")->check(CLI::PositiveNumber);
   command->add_option("--frame-spacing-m", a->extent.frame_spacing_m, "distance between frames; default: the preset's");
   command->add_option("--size-px", a->extent.size_px, "width and height of the images; default: the preset's");
-  command->add_option("--points", a->points, "keypoints per image, at most")->check(CLI::PositiveNumber);
-  command->add_option("--xfeat", a->xfeat, "XFeat's ONNX file, for its rows")->check(CLI::ExistingFile);
-  command->add_option("--lighterglue", a->lighterglue, "LighterGlue's ONNX file, for its row")
-      ->check(CLI::ExistingFile);
+  a->choice.add_options(*command);
   command->add_option("--sequence", a->experiment.sequences, "a real sequence with its truth; may be repeated")
       ->check(CLI::ExistingDirectory);
   command->add_option("--configs", a->configs, "folder of the scene presets");

@@ -44,6 +44,8 @@ void add_fixes_experiment(CLI::App& experiments) {
   command->add_option("--first-seed", a->experiment.first_seed, "seed of the first world");
   command->add_option("--start-error-m", a->experiment.start_errors_m, "how far off the search begins");
   command->add_option("--anywhere-m", a->experiment.global_radius_m, "also search this radius without a start");
+  command->add_option("--submap-m", a->experiment.submap.length_m, "path per submap")->check(CLI::PositiveNumber);
+  command->add_option("--length-m", a->experiment.traverse.length_m, "of each drive")->check(CLI::PositiveNumber);
   command->add_option("--threads", a->experiment.threads, "worlds at the same time")->check(CLI::PositiveNumber);
   command->add_flag("--quick", a->quick, "one world per relief");
   command->footer("Example:\n  demslam experiment fixes --seeds 3 -o runs/fixes");

@@ -8,6 +8,7 @@
 #include "demslam/evaluation/markdown.h"
 #include "demslam/experiment/frontend_experiment.h"
 #include "experiments.h"
+#include "frontend_choice.h"
 #include "progress_bar.h"
 
 namespace demslam::apps {
@@ -16,8 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Arguments {
-  fs::path output, xfeat, lighterglue;
-  int points = 1024, seeds = 0, size_px = 0;  ///< 0: as --quick says
+  fs::path output;
+  FrontendChoice choice;
+  int seeds = 0, size_px = 0;  ///< 0: as --quick says
   bool quick = false;
   FrontendExperiment experiment;
 };
@@ -26,11 +28,12 @@ void run(Arguments a) {
   std::error_code failure;
   fs::create_directories(a.output, failure);
   if (failure) throw Error(a.output.string() + ": cannot be made: " + failure.message());
-  a.experiment.frontends = compared_frontends(a.points, a.xfeat, a.lighterglue);
+  a.experiment.frontends = a.choice.frontends();
   a.experiment.simulated.seeds = a.seeds > 0 ? a.seeds : (a.quick ? 1 : 8);
   a.experiment.simulated.size_px = a.size_px > 0 ? a.size_px : (a.quick ? 320 : 512);
   if (a.quick) a.experiment.real_pairs = 3;
-  if (a.xfeat.empty()) fmt::print(stderr, "rows with XFeat are left out: --xfeat names no file (docs/models.md)\n");
+  if (!a.choice.has_xfeat())
+    fmt::print(stderr, "rows with XFeat are left out: --xfeat names no file (docs/models.md)\n");
   ProgressBar bar("frontend", "places");
   const std::vector<FrontendRow> rows = frontend_experiment(a.experiment, bar.progress());
   const Table table = frontend_table(rows);
@@ -51,10 +54,7 @@ void add_frontend_experiment(CLI::App& experiments) {
   command->add_option("--seeds", a->seeds, "worlds per relief")->check(CLI::PositiveNumber);
   command->add_option("--first-seed", a->experiment.simulated.first_seed, "seed of the first world");
   command->add_option("--size-px", a->size_px, "width and height of simulated images")->check(CLI::PositiveNumber);
-  command->add_option("--points", a->points, "keypoints per image, at most")->check(CLI::PositiveNumber);
-  command->add_option("--xfeat", a->xfeat, "XFeat's ONNX file, for its rows")->check(CLI::ExistingFile);
-  command->add_option("--lighterglue", a->lighterglue, "LighterGlue's ONNX file, for its row")
-      ->check(CLI::ExistingFile);
+  a->choice.add_options(*command);
   command->add_option("--data", a->experiment.data, "folder with kitti_seq1, euroc_v101_short, rover_sandbox")
       ->check(CLI::ExistingDirectory);
   command->add_option("--calibration", a->experiment.calibration, "of rover_sandbox (configs/rover_sandbox.toml)")

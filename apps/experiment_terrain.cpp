@@ -30,19 +30,6 @@ std::vector<TerrainScene> scenes_of(const Arguments& a) {
   return a.quick ? quick_terrain_scenes() : terrain_scenes();
 }
 
-/// Keeps those whose names are asked for, all when none is.
-template <class Named>
-void keep(std::vector<Named>& all, const std::vector<std::string>& names, const char* what) {
-  if (names.empty()) return;
-  std::string known;
-  for (const Named& one : all) known += (known.empty() ? "" : ", ") + one.name;
-  for (const std::string& name : names) {
-    const bool found = std::any_of(all.begin(), all.end(), [&](const Named& one) { return one.name == name; });
-    if (!found) throw Error(fmt::format("no {} \"{}\"; there are: {}", what, name, known));
-  }
-  std::erase_if(all, [&](const Named& one) { return std::find(names.begin(), names.end(), one.name) == names.end(); });
-}
-
 void run(Arguments a) {
   a.experiment.scenes = scenes_of(a);
   keep(a.experiment.scenes, a.scenes, "scene");

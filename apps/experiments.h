@@ -1,9 +1,12 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include "demslam/base/error.h"
 #include "demslam/evaluation/table.h"
 
 namespace demslam::apps {
@@ -20,6 +23,20 @@ void add_published_experiments(CLI::App& experiments);
 
 /// The presets beside the program, in the source tree or installed, unless a folder is asked for. Throws Error.
 std::filesystem::path scene_presets(const std::filesystem::path& asked);
+
+/// Keeps those whose names are asked for, all when none is. Throws Error, with the names there are, for one that is not
+/// there.
+template <class Named>
+void keep(std::vector<Named>& all, const std::vector<std::string>& names, const char* what) {
+  if (names.empty()) return;
+  std::string known;
+  for (const Named& one : all) known += (known.empty() ? "" : ", ") + one.name;
+  for (const std::string& name : names) {
+    if (std::ranges::find(all, name, &Named::name) != all.end()) continue;
+    throw Error("no " + std::string(what) + " \"" + name + "\"; there are: " + known);
+  }
+  std::erase_if(all, [&](const Named& one) { return std::ranges::find(names, one.name) == names.end(); });
+}
 
 /// NAME.md, NAME.csv and NAME.json in a folder, and the table on the terminal. Throws Error.
 void write_experiment(const std::filesystem::path& folder, const std::string& name, const Table& table,

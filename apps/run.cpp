@@ -65,7 +65,7 @@ void print(const RunInputs& inputs, const RunReport& report) {
                report.seconds, 1e3 * report.seconds / static_cast<double>(counters.frames));
   }
   print_dem_findings(report.result);
-  if (!counters.start_search.empty()) fmt::print("  start: {}\n", counters.start_search);
+  if (!counters.anchoring.start_search.empty()) fmt::print("  start: {}\n", counters.anchoring.start_search);
   if (report.resumed_at > inputs.first_frame) fmt::print("  resumed at frame {}\n", report.resumed_at);
   if (report.interrupted) fmt::print("  interrupted: the folder holds what was done; the same command goes on\n");
 }

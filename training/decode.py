@@ -16,8 +16,8 @@ def decode(descriptors, logits, reliability, count):
     peak = (heat == F.max_pool2d(heat, 5, 1, 2)) & (heat > MIN_PROBABILITY)
     v, u = torch.nonzero(peak[0, 0], as_tuple=True)
     whole = torch.stack([u, v], 1).float()
-    trust = F.grid_sample(reliability, (2 * whole / torch.tensor([width - 1.0, height - 1.0]) - 1)[None, :, None],
-                          align_corners=False)[0, 0, :, 0]
+    size = torch.tensor([width - 1.0, height - 1.0], device=whole.device)
+    trust = F.grid_sample(reliability, (2 * whole / size - 1)[None, :, None], align_corners=False)[0, 0, :, 0]
     order = (heat[0, 0, v, u] * trust).argsort(descending=True, stable=True)[:count]
     rows = sample(F.normalize(descriptors, dim=1), whole[order][None], width, height)[0]
     return sub_pixel(heat[0, 0], u[order], v[order]), F.normalize(rows, dim=1)

@@ -49,6 +49,7 @@ contract = "xfeat"
 licence = "Apache-2.0, as demslam: trained by training/ on images of demslam's own simulator alone"
 sha256 = "{sha256}"
 normalisation = "unit"
+min_probability = 0.01
 """
 
 MODEL_CARD = """# demslam lunar
@@ -93,7 +94,7 @@ def export(description, make_network, graph_of, card, card_in_words):
     parser.add_argument("-o", "--output", type=Path, required=True)
     arguments = parser.parse_args()
     network = make_network()
-    network.load_state_dict(torch.load(arguments.run / "best.pt", weights_only=True))
+    network.load_state_dict(torch.load(arguments.run / "best.pt", weights_only=True, map_location="cpu"))
     content = stripped(halve(graph_of(network))).SerializeToString(deterministic=True)
     digest = hashlib.sha256(content).hexdigest()
     arguments.output.parent.mkdir(parents=True, exist_ok=True)

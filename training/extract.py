@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs the embedded extractor on every picture of the rendered places, as it is and relit.
+"""Runs an extractor, the embedded one or one just trained, on every picture of the rendered places, as it is and relit.
 
   training/extract.py --data runs/training/data -o runs/training/features
 
@@ -7,6 +7,8 @@ SEED.npz of a place: pixels float32 [copy, visit, frame, side, N, 2], best first
 descriptors float16 [copy, visit, frame, side, N, 64]. Places that are there already are kept.
 """
 import argparse
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +18,7 @@ from onnx import numpy_helper
 from torch import nn
 
 from decode import decode
-from network import Lunar
+from network import Lunar, for_use
 from pairs import relit
 
 EXTRACTOR = Path(__file__).parent.parent / "src/demslam/features/weights/lunar.onnx"
@@ -39,6 +41,12 @@ def embedded():
     return network
 
 
+def trained(run):
+    network = Lunar()
+    network.load_state_dict(torch.load(run / "best.pt", weights_only=True, map_location="cpu"))
+    return for_use(network)
+
+
 def copies(random, image):
     """[1, 1, rows, columns] each."""
     grey = torch.from_numpy(image.astype(np.float32) / 255)[None, None]
@@ -59,23 +67,28 @@ def extract(network, seed, images):
     return {"pixels": pixels[..., :most, :], "descriptors": descriptors[..., :most, :]}
 
 
+def extract_file(network, folder, file):
+    torch.set_num_threads(1)
+    packed = np.load(file)
+    features = extract(network, int(file.stem), np.stack([packed["left"], packed["right"]], 2))
+    unfinished = folder / f"{file.stem}.part.npz"
+    np.savez(unfinished, **features)
+    unfinished.rename(folder / file.name)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True, help="what generate.py wrote")
-    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--run", type=Path, help="what train.py wrote: its weights instead of the embedded ones")
+    parser.add_argument("--jobs", type=int, default=1, help="places at the same time")
     parser.add_argument("-o", "--output", type=Path, required=True)
     arguments = parser.parse_args()
-    torch.set_num_threads(arguments.threads)
     arguments.output.mkdir(parents=True, exist_ok=True)
-    network = embedded()
+    network = trained(arguments.run) if arguments.run else embedded()
     missing = [f for f in sorted(arguments.data.glob("*[0-9].npz")) if not (arguments.output / f.name).exists()]
-    for count, file in enumerate(missing, 1):
-        packed = np.load(file)
-        features = extract(network, int(file.stem), np.stack([packed["left"], packed["right"]], 2))
-        unfinished = arguments.output / f"{file.stem}.part.npz"
-        np.savez(unfinished, **features)
-        unfinished.rename(arguments.output / file.name)
-        print(f"\r{count} of {len(missing)} places", end="", flush=True)
+    with ProcessPoolExecutor(arguments.jobs) as pool:
+        for count, _ in enumerate(pool.map(partial(extract_file, network, arguments.output), missing), 1):
+            print(f"\r{count} of {len(missing)} places", end="", flush=True)
     print(f"\n{arguments.output}: done")
 
 

@@ -1,11 +1,11 @@
 """Training pairs of the matcher: keypoints of two pictures of one place, with who is whose partner.
 
-A pair is a pure function of (seed, step, number in the step): a resumed training sees what an uninterrupted one would
-have.
+Batch number `step` is a pure function of (seed, step): a resumed training sees what an uninterrupted one would have.
 """
 import numpy as np
+import torch
 
-from matches import partners
+from matches import UNKNOWN, partners
 from pairs import draw_pictures
 from views import stereo_views
 
@@ -49,12 +49,11 @@ def draw_similarity(random):
     return np.array([[c, -s], [s, c]]), random.normal(0.0, 0.05, 2)
 
 
-def try_pair(random, place):
-    """One pair as a dict of arrays, or None where the two pictures share too little."""
+def try_pair(random, place, count):
+    """One pair of at most `count` keypoints each as a dict of arrays, or None where the pictures share too little."""
     extent = place.middle / place.middle.max()
     share = random.uniform(0.55, 1.0)  # of the picture's width and height that a narrower camera would have seen
     middle = random.uniform(share - 1.0, 1.0 - share, 2) * extent
-    count = int(np.exp(random.uniform(np.log(FEWEST), np.log(MOST))))
     pictures, seen, pair = draw_pictures(random, *place.visits_frames), [], {}
     for name, picture in zip("ab", pictures):
         pixels, descriptors = place.features(picture, random.integers(len(place.pixels)))
@@ -70,9 +69,27 @@ def try_pair(random, place):
     return pair if (pair["partner_a"] >= 0).sum() >= FEWEST_MATCHES else None
 
 
-def draw_pair(places, seed, step, number):
-    random = np.random.default_rng([seed, step, number])
+def draw_pair(random, places, count):
     while True:
-        pair = try_pair(random, places[random.integers(len(places))])
+        pair = try_pair(random, places[random.integers(len(places))], count)
         if pair:
             return pair
+
+
+def stacked(rows, filling):
+    """Arrays [N_i, ...] -> [pairs, N, ...], filled up to the longest."""
+    result = np.full((len(rows), max(map(len, rows)), *rows[0].shape[1:]), filling, rows[0].dtype)
+    for row, values in zip(result, rows):
+        row[:len(values)] = values
+    return torch.from_numpy(result)
+
+
+def draw_batch(places, seed, step, pairs):
+    """Tensors of `pairs` pairs, all with as many keypoints at most; real_a, real_b: which rows are not filling."""
+    random = np.random.default_rng([seed, step])
+    count = int(np.exp(random.uniform(np.log(FEWEST), np.log(MOST))))
+    drawn = [draw_pair(random, places, count) for _ in range(pairs)]
+    batch = {name: stacked([pair[name] for pair in drawn], UNKNOWN if "partner" in name else 0) for name in drawn[0]}
+    real = {"real_" + side: stacked([np.ones(len(pair["partner_" + side]), bool) for pair in drawn], False)
+            for side in "ab"}
+    return {**batch, **real}

@@ -70,6 +70,6 @@ def up(maps, factor):
 
 def sample(maps, pixels, width, height):
     """Values at pixels [B, N, 2], read as the product reads them; [B, N, channels]."""
-    size = torch.tensor([width - 1, height - 1], dtype=torch.float32)
+    size = torch.tensor([width - 1, height - 1], dtype=torch.float32, device=pixels.device)
     grid = (2.0 * pixels / size - 1.0)[:, :, None]
     return F.grid_sample(maps, grid, mode="bicubic", align_corners=False)[..., 0].transpose(1, 2)

@@ -4,7 +4,8 @@
   training/train.py --data runs/training/data -o runs/training/run --steps 4000
 
 Writes log.txt, checkpoint.pt (resumed by the same command) and best.pt, the weights that did best on the held-back
-places. Same data, steps, seed and number of threads: same weights, interrupted or not.
+places. Same data, steps, seed and number of threads: same weights on a processor, interrupted or not, whoever draws the
+batches; on a GPU the same batches, and weights that differ by rounding.
 """
 import torch
 import torch.nn.functional as F
@@ -27,7 +28,7 @@ def dual_softmax(rows_a, rows_b, points_b, valid):
     near = torch.block_diag(*(torch.cdist(points_b, points_b) < NEAR_PX))
     near.fill_diagonal_(False)
     logits = logits.masked_fill(near | ~valid.flatten()[None], -1e4)
-    each = torch.arange(len(a))
+    each = torch.arange(len(a), device=a.device)
     keep = valid.flatten()
     loss = F.cross_entropy(logits[keep], each[keep]) + F.cross_entropy(logits.T[keep], each[keep])
     found = (logits.argmax(1) == each) & (logits.argmax(0) == each)
@@ -40,7 +41,7 @@ def keypoint_loss(logits, target):
 
 def step_losses(network, batch):
     images = torch.cat([batch["image_a"], batch["image_b"]])
-    with torch.autocast("cpu", torch.bfloat16):  # half the time; the weights and the losses stay in fp32
+    with torch.autocast(images.device.type, torch.bfloat16):  # half the time; the weights and the losses stay in fp32
         descriptors, logits, reliability = (maps.float() for maps in network(images))
     points = torch.cat([batch["points_a"], batch["points_b"]])
     # keypoints are found a pixel off: the descriptors must bear that
@@ -64,14 +65,14 @@ class LunarTraining(Training):
         super().__init__(arguments, Lunar, [Place(f) for f in files if int(f.stem) < HELD_BACK],
                          [Place(f) for f in files if int(f.stem) >= HELD_BACK])
 
-    def batch(self):
-        batch = draw_batch(self.places, self.arguments.seed, self.step, self.arguments.pairs)
+    def draw(self, step):
+        batch = draw_batch(self.places, self.arguments.seed, step, self.arguments.pairs)
         shape = (2 * len(batch["points_a"]),) + batch["points_a"].shape[1:]
-        generator = torch.Generator().manual_seed(self.arguments.seed * 1_000_003 + self.step)
+        generator = torch.Generator().manual_seed(self.arguments.seed * 1_000_003 + step)
         return {**batch, "jitter": torch.randn(shape, generator=generator) * 0.7}
 
-    def backward(self):
-        loss, shown = step_losses(self.network, self.batch())
+    def backward(self, batch):
+        loss, shown = step_losses(self.network, batch)
         loss.backward()
         return shown
 

@@ -1,58 +1,37 @@
 #!/usr/bin/env python3
-"""Trains the matcher on what the embedded extractor finds in rendered places (generate.py, extract.py).
+"""Trains the matcher on what the extractor finds in rendered places (generate.py, extract.py).
 
   training/train_matcher.py --data runs/training/data --features runs/training/features -o runs/training/matcher
 
-Writes what train.py writes, and is as repeatable; --threads is how many pairs are worked on at the same time, each by
-a process of its own.
+Writes what train.py writes, and is as repeatable.
 """
-import multiprocessing
 from pathlib import Path
 
-import numpy as np
-import torch
 import torch.nn.functional as F
 
 from loop import Training, parser
-from match_pairs import draw_pair, load_places
+from match_pairs import draw_batch, load_places
 from matcher import Matcher
 from matches import NONE
 from places import HELD_BACK
 from validate_matcher import line, score, validate
 
 
-def no_partner(logits, partner):
-    """Negative log likelihood of having none, of those that have none."""
-    alone = partner == NONE
-    return (F.softplus(logits) * alone).sum() / alone.sum().clamp(min=1)
+def mean_over_pairs(values, which):
+    """Of the values [pairs, N] that count: the mean of each pair, and of these."""
+    return ((values * which).sum(1) / which.sum(1).clamp(min=1)).mean()
 
 
-def assignment_loss(assignment, pair):
+def assignment_loss(assignment, batch):
     """Of the true partners and of the points without one, as in the paper; and which partners are found."""
     log, has_a, has_b = assignment
-    partner = pair["partner_a"]
+    partner = batch["partner_a"]
     matched = partner >= 0
-    true = log[matched.nonzero()[:, 0], partner[matched]]
-    alone = (no_partner(has_a, partner) + no_partner(has_b, pair["partner_b"])) / 2
-    found = (log.argmax(1) == partner)[matched].float().mean()
-    return -true.mean(), alone, found
-
-
-def begin_work(*shared):
-    global worker
-    worker = shared
-    torch.set_num_threads(1)
-
-
-def gradients(seed, step, number):
-    """Of one pair's loss after every layer, in one row; what the log shows is of the last layer."""
-    network, places = worker
-    pair = {name: torch.from_numpy(values) for name, values in draw_pair(places, seed, step, number).items()}
-    features = [pair[kind + side] for kind in ("keypoints_", "descriptors_") for side in "ab"]
-    layers = [assignment_loss(network.assignment(*rows), pair) for rows in network.layers(*features)]
-    loss = sum(match + alone for match, alone, _ in layers) / len(layers)
-    parts = torch.autograd.grad(loss, list(network.parameters()))
-    return torch.cat([part.flatten() for part in parts]).numpy(), torch.stack(layers[-1]).detach().numpy()
+    true = log.gather(2, partner.clamp(min=0)[..., None])[..., 0]
+    alone = (mean_over_pairs(F.softplus(has_a), partner == NONE)
+             + mean_over_pairs(F.softplus(has_b), batch["partner_b"] == NONE)) / 2
+    found = mean_over_pairs((log.argmax(2) == partner).float(), matched)
+    return {"match": -mean_over_pairs(true, matched), "alone": alone, "found": found}
 
 
 class MatcherTraining(Training):
@@ -62,17 +41,17 @@ class MatcherTraining(Training):
         places = load_places(arguments.data, arguments.features)
         super().__init__(arguments, Matcher, [p for seed, p in places.items() if seed < HELD_BACK],
                          [p for seed, p in places.items() if seed >= HELD_BACK])
-        torch.set_num_threads(1)
-        shared = self.network.share_memory(), self.places
-        self.pool = multiprocessing.get_context("fork").Pool(arguments.threads, begin_work, shared)
 
-    def backward(self):
-        pairs = [(self.arguments.seed, self.step, number) for number in range(self.arguments.pairs)]
-        rows, shown = (np.mean(each, 0) for each in zip(*self.pool.starmap(gradients, pairs, 1)))
-        parameters = list(self.network.parameters())
-        for parameter, part in zip(parameters, torch.from_numpy(rows).split([p.numel() for p in parameters])):
-            parameter.grad = part.view_as(parameter)
-        return dict(zip(("match", "alone", "found"), shown))
+    def draw(self, step):
+        return draw_batch(self.places, self.arguments.seed, step, self.arguments.pairs)
+
+    def backward(self, batch):
+        real = batch["real_a"], batch["real_b"]
+        features = [batch[kind + side] for kind in ("keypoints_", "descriptors_") for side in "ab"]
+        layers = [assignment_loss(self.network.assignment(*rows, *real), batch)
+                  for rows in self.network.layers(*features, *real)]
+        (sum(each["match"] + each["alone"] for each in layers) / len(layers)).backward()
+        return layers[-1]
 
     def check(self):
         report = validate(self.network, self.held_back)

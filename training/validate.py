@@ -13,8 +13,8 @@ KEYPOINTS = 400
 def features(network, image):
     grey = torch.from_numpy(image.astype(np.float32) / 255)[None, None]
     with torch.no_grad():
-        pixels, rows = decode(*network(grey), KEYPOINTS)
-    return pixels.numpy(), rows.numpy()
+        pixels, rows = decode(*network(grey.to(next(network.parameters()).device)), KEYPOINTS)
+    return pixels.cpu().numpy(), rows.cpu().numpy()
 
 
 def mutual_nearest(a, b):

@@ -24,11 +24,13 @@ KINDS = {"stereo": (0, 0, 1), "drive 1": (0, 1, 0), "drive 2": (0, 2, 0), "drive
 
 
 def learned(network):
+    device = next(network.parameters()).device
+
     def match(place, pixels_a, pixels_b, rows_a, rows_b):
-        keypoints = (torch.from_numpy(place.normalised(p)).float() for p in (pixels_a, pixels_b))
+        features = place.normalised(pixels_a), place.normalised(pixels_b), rows_a, rows_b
         with torch.no_grad():
-            matches, scores = select(network(*keypoints, torch.from_numpy(rows_a), torch.from_numpy(rows_b)))
-        return matches[scores > MIN_SCORE].T.numpy()
+            matches, scores = select(network(*(torch.from_numpy(each).float().to(device) for each in features)))
+        return matches[scores > MIN_SCORE].T.cpu().numpy()
     return match
 
 
@@ -85,7 +87,7 @@ def main():
     places = load_places(arguments.data, arguments.features)
     held_back = [p for seed, p in places.items() if seed >= HELD_BACK]
     network = Matcher()
-    network.load_state_dict(torch.load(arguments.run / "best.pt", weights_only=True))
+    network.load_state_dict(torch.load(arguments.run / "best.pt", weights_only=True, map_location="cpu"))
     matchers = {"matcher": learned(network), "nearest": nearest(1.0), f"nearest, ratio {RATIO}": nearest(RATIO)}
     reports = [compare(match, held_back, arguments.keypoints) for match in matchers.values()]
     print("| pairs | " + " | ".join(matchers) + " |\n| --- |" + " --- |" * len(matchers))

@@ -11,6 +11,7 @@
 #include "demslam/anchoring/patch_factor.h"
 #include "demslam/dem/wiener.h"
 #include "demslam/geometry/angle.h"
+#include "demslam/geometry/covariance.h"
 
 namespace demslam {
 namespace {
@@ -44,6 +45,20 @@ double alike_factors(const DemErrorModel& error, double spacing_m) {
   return sum;
 }
 
+double step_m_to(const PoseGraph& graph, std::size_t keyframe) {
+  return (graph.T_map_body(keyframe).translation() - graph.T_map_body(keyframe - 1).translation()).norm();
+}
+
+/// A place found on the DEM is as far off as the DEM is; and its ground will be tied once more, by patches.
+Matrix6d doubted(const TerrainFix& fix, const AnchoringOptions& options) {
+  constexpr double kTiedTwice = 2.0;  // standard deviations
+  const Eigen::Vector3d dem_m(options.sigma_shift_m, options.sigma_shift_m, options.sigma_bias_m);
+  const Eigen::Matrix3d R = fix.T_map_body.rotation_matrix();
+  Matrix6d covariance = kTiedTwice * kTiedTwice * fix.covariance;
+  covariance.bottomRightCorner<3, 3>() += R.transpose() * dem_m.cwiseAbs2().asDiagonal() * R;
+  return covariance;
+}
+
 void add_on_dem(PoseGraph& graph, const boost::shared_ptr<DemShiftFactor::PoseFactor>& factor,
                 const std::optional<std::uint64_t>& shift) {
   if (shift) {
@@ -70,9 +85,18 @@ DemAnchor::DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& opt
   submaps_.emplace(everywhere.dem, everywhere.error, options.patch, options.patch_factor, options.submap, T_body_left);
 }
 
+void DemAnchor::search_start(const StartSearchOptions& options) {
+  start_search_.emplace(given_, stated_error(options_), options_.patch, options_.patch_factor, options, T_body_left_);
+  report_.start_search = "no fix: too short a way";
+}
+
 void DemAnchor::add_landmarks(KeyframeLandmarks landmarks) {
+  if (start_search_) start_search_->add(landmarks);
   if (submaps_) submaps_->add(landmarks);
-  if (options_.patches) landmarks_.push_back(std::move(landmarks));
+  if (!options_.patches) return;
+  landmarks_.push_back(std::move(landmarks));
+  constexpr std::size_t kHeld = 2000;  // keyframes; a search for the start may never end
+  if (landmarks_.size() > kHeld) landmarks_.erase(landmarks_.begin());
 }
 
 /// Made with the first factor that needs it; none when the DEM's place is taken for granted.
@@ -104,10 +128,35 @@ AnchoringReport DemAnchor::report() const {
   return report;
 }
 
-void DemAnchor::update(PoseGraph& graph) {
+bool DemAnchor::update(PoseGraph& graph) {
+  const bool searching = start_search_.has_value();
+  if (searching && !find_start(graph)) return false;
+  const int moved = submaps_ ? submaps_->report().moved : 0;
+  tie(graph);
+  return searching || (submaps_ && submaps_->report().moved > moved);
+}
+
+/// Moves everything to where the ground seen so far has been found on the DEM.
+bool DemAnchor::find_start(PoseGraph& graph) {
+  for (; searched_ < graph.size(); ++searched_) {
+    const double step_m = searched_ == 0 ? 0.0 : step_m_to(graph, searched_);
+    const auto T_correction = start_search_->advance(graph, searched_, step_m);
+    if (start_search_->searches() > 0) report_.start_search = "no fix: " + to_string(start_search_->fix().status);
+    if (!T_correction) continue;
+    graph.move(0, *T_correction);
+    const TerrainFix& fix = start_search_->fix();
+    graph.add_prior(start_search_->keyframe(), fix.T_map_body, doubted(fix, options_));
+    report_.start_search = "found";
+    start_correction_ = T_correction;
+    start_search_.reset();
+    return true;
+  }
+  return false;
+}
+
+void DemAnchor::tie(PoseGraph& graph) {
   for (; seen_ < graph.size(); ++seen_) {
-    const double step_m =
-        seen_ == 0 ? 0.0 : (graph.T_map_body(seen_).translation() - graph.T_map_body(seen_ - 1).translation()).norm();
+    const double step_m = seen_ == 0 ? 0.0 : step_m_to(graph, seen_);
     path_since_anchor_m_ += step_m;
     stretch_m_ += step_m;
     path_m_ += step_m;
@@ -156,9 +205,7 @@ double DemAnchor::horizontal_sigma_m(const PoseGraph& graph) {
   constexpr double kEvery_m = 50.0;
   if (!horizontal_sigma_m_ || path_m_ - sigma_known_at_m_ > kEvery_m) {
     sigma_known_at_m_ = path_m_;
-    const Eigen::Matrix3d R = graph.T_map_body(graph.size() - 1).rotation_matrix();
-    const Eigen::Matrix3d covariance = R * graph.newest_covariance().bottomRightCorner<3, 3>() * R.transpose();
-    horizontal_sigma_m_ = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
+    horizontal_sigma_m_ = demslam::horizontal_sigma_m(graph.T_map_body(graph.size() - 1), graph.newest_covariance());
   }
   return *horizontal_sigma_m_;
 }

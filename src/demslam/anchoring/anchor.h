@@ -8,6 +8,7 @@
 
 #include "demslam/anchoring/believed_terrain.h"
 #include "demslam/anchoring/patch_factor_options.h"
+#include "demslam/anchoring/start_search.h"
 #include "demslam/anchoring/submap_recovery.h"
 #include "demslam/anchoring/terrain_gradient.h"
 #include "demslam/anchoring/terrain_patch.h"
@@ -42,6 +43,9 @@ struct AnchoringOptions {
   SubmapOptions submap;        ///< search of whole submaps; needs add_landmarks()
   double sigma_bias_m = 0.0;   ///< of the DEM as a whole, up or down: a state; 0: none
   double sigma_shift_m = 0.0;  ///< and aside, per axis
+  /// A start that is vaguer than this (one sigma, horizontal) is looked for before anything is tied to the DEM, whose
+  /// factors would pull it into the next valley; 0: never.
+  double vague_start_m = 0.0;
 
   bool needs_landmarks() const { return patches || submap.recover || submap.factors; }
 };
@@ -57,6 +61,7 @@ struct DemShift {
 
 /// What became of the keyframes that were due.
 struct AnchoringReport {
+  std::string start_search;  ///< empty: the start was known; "found", or "no fix: " and why
   int height = 0, normal = 0;
   int skipped_outside = 0;  ///< outside the DEM or at a hole, at the estimate of that moment
   int skipped_tilt = 0;     ///< height factor only
@@ -74,15 +79,23 @@ class DemAnchor {
   DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& options, const Eigen::Vector3d& p_body_ground,
             const Pose& T_body_left = {});
 
+  /// Before the first update(): nothing is tied until this search has found the place.
+  void search_start(const StartSearchOptions& options);
+  bool needs_landmarks() const { return start_search_ || options_.needs_landmarks(); }
   /// Ground points of a keyframe that update() has not seen yet.
   void add_landmarks(KeyframeLandmarks landmarks);
-  /// Looks at every keyframe of the graph that it has not seen yet, at its present estimate.
-  void update(PoseGraph& graph);
+  /// Looks at every keyframe of the graph that it has not seen yet, at its present estimate. True when the estimate was
+  /// moved to another place.
+  bool update(PoseGraph& graph);
+  /// How the graph was moved when the search for its start found it.
+  const std::optional<Pose>& start_correction() const { return start_correction_; }
   AnchoringReport report() const;
   /// Nothing without such states, or before the first factor.
   std::optional<DemShift> dem_shift(const PoseGraph& graph) const;
 
  private:
+  bool find_start(PoseGraph& graph);
+  void tie(PoseGraph& graph);
   void anchor(PoseGraph& graph, std::size_t keyframe);
   void add_normal(PoseGraph& graph, std::size_t keyframe, const DemSample& ground);
   TerrainGradient believed_slope(const DemSample& ground);
@@ -103,6 +116,9 @@ class DemAnchor {
   std::size_t seen_ = 0, stretch_begin_ = 0;
   double path_since_anchor_m_ = 0.0, stretch_m_ = 0.0;
   std::vector<KeyframeLandmarks> landmarks_;  ///< of the open stretch and later
+  std::optional<StartSearch> start_search_;   ///< until the start is found
+  std::size_t searched_ = 0;                  ///< keyframes that the search has come to
+  std::optional<Pose> start_correction_;
   std::optional<SubmapRecovery> submaps_;
   double relief_evidence_ = 0.0;  ///< of the last patches: how much better the DEM's relief explains them than a plane
   double path_m_ = 0.0, sigma_known_at_m_ = 0.0;

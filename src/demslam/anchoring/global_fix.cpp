@@ -4,7 +4,6 @@
 #include <numbers>
 #include <utility>
 
-#include "demslam/anchoring/explained_relief.h"
 
 namespace demslam {
 namespace {
@@ -27,11 +26,7 @@ TerrainFix global_fix(const TerrainPatch& submap, const Pose& T_level_body, std:
   const SearchWindow window{.radius_m = options.radius_m,
                             .step_m = options.step_m,
                             .heading_rad = options.heading_rad ? options.heading_tolerance_rad : std::numbers::pi};
-  TerrainFix fix = judged(search, search.scan(window), options.acceptance);
-  constexpr double kExplained = 0.8;  // of the submap's relief, by the DEM: many places have been tried
-  if (fix.accepted() && explained_relief(submap, fix.T_map_body, *dem, dem_error) < kExplained)
-    fix.status = FixStatus::misfit;
-  return fix;
+  return judged(search, search.scan(window), options.acceptance);
 }
 
 }  // namespace demslam

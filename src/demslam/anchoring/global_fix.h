@@ -15,7 +15,7 @@ struct GlobalFixOptions {
   double heading_tolerance_rad = 0.1;  ///< both ways
   double step_m = 5.0;
   double sigma_tilt_deg = 1.0;
-  FixAcceptance acceptance{.peak_chi_square = 30.0, .max_misfit = 2.0, .min_cells = 40};
+  FixAcceptance acceptance{.peak_chi_square = 30.0, .min_cells = 40};
 };
 
 /// Finds the submap within the radius. `T_level_body`: its keyframe's attitude, of which roll and pitch are believed

@@ -12,6 +12,7 @@
 #include "demslam/base/error.h"
 #include "demslam/dem/wiener.h"
 #include "demslam/geometry/angle.h"
+#include "demslam/geometry/covariance.h"
 #include "demslam/graph/gtsam_pose.h"
 
 namespace demslam {
@@ -92,12 +93,10 @@ Matrix6d motion_covariance(double step_m, const ObservabilityOptions& o) {
 
 /// Horizontal, vertical and heading standard deviations of a body covariance, map axes.
 void read(const Pose& T_map_body, const Matrix6d& covariance, PredictedPose& result) {
-  const Eigen::Matrix3d R = T_map_body.rotation_matrix();
-  const Eigen::Matrix3d position = R * covariance.bottomRightCorner<3, 3>() * R.transpose();
-  const Eigen::Matrix3d rotation = R * covariance.topLeftCorner<3, 3>() * R.transpose();
+  const Eigen::Matrix3d position = position_covariance(T_map_body, covariance);
   result.horizontal_m = std::sqrt(position(0, 0) + position(1, 1));
   result.vertical_m = std::sqrt(position(2, 2));
-  result.heading_deg = std::sqrt(rotation(2, 2)) / kRadPerDeg;
+  result.heading_deg = heading_sigma_rad(T_map_body, covariance) / kRadPerDeg;
 }
 
 /// The graph of an errorless drive, with or without the DEM.

@@ -11,10 +11,17 @@ namespace demslam {
 struct StartSearchOptions {
   GlobalFixOptions fix{.sigma_tilt_deg = 8.0};  ///< centre and radius are of the start; a heading is that of the
                                                 ///< graph's own x axis
+  /// Where the graph begins on the map instead of in a frame of its own: the covariance of that start. Three sigmas
+  /// around the graph's own estimate are searched, at most 500 m.
+  std::optional<Matrix6d> around;
   double length_m = 150.0;  ///< of path whose ground is searched for
   double first_m = 60.0;    ///< of path before the first search
   double every_m = 20.0;    ///< between searches
 };
+
+/// For a start on the map that may be off by more than `vague_m` (one sigma, horizontal; 0: never).
+std::optional<StartSearchOptions> search_for_vague_start(const Pose& T_map_body, const Matrix6d& covariance,
+                                                         double vague_m);
 
 /// A rover that does not know where it is drives on and looks, again and again, whether the ground it has seen fits one
 /// place within the radius and no other.
@@ -24,7 +31,7 @@ class StartSearch {
               const PatchFactorOptions& factor, const StartSearchOptions& options, const Pose& T_body_left);
 
   void add(const KeyframeLandmarks& landmarks) { ground_.add(landmarks); }
-  /// The graph, in a frame of its own, has reached `keyframe`. The way from that frame into the map, once it is found.
+  /// The graph has reached `keyframe`. The way from its frame into the map, once it is found.
   std::optional<Pose> advance(const PoseGraph& graph, std::size_t keyframe, double step_m);
   /// Of the last search; the keyframe it speaks of is keyframe().
   const TerrainFix& fix() const { return fix_; }
@@ -32,6 +39,8 @@ class StartSearch {
   int searches() const { return searches_; }
 
  private:
+  GlobalFixOptions window(const PoseGraph& graph) const;
+
   std::shared_ptr<const Dem> dem_;
   DemErrorModel dem_error_;
   PatchOptions patch_;

@@ -1,39 +1,24 @@
 #include "demslam/anchoring/submap_alignment.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "demslam/anchoring/explained_relief.h"
 #include "demslam/geometry/angle.h"
+#include "demslam/geometry/covariance.h"
 
 namespace demslam {
 namespace {
 
 constexpr std::size_t kRefined = 40;  // places looked at closely
 
-double largest_sigma(const Eigen::Matrix2d& covariance) {
-  return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues().maxCoeff());
-}
-
-Eigen::Matrix2d horizontal(const Pose& T_map_body, const Matrix6d& covariance) {
-  const Eigen::Matrix3d R = T_map_body.rotation_matrix();
-  return (R * covariance.bottomRightCorner<3, 3>() * R.transpose()).topLeftCorner<2, 2>();
-}
-
-double heading_sigma(const Pose& T_map_body, const Matrix6d& covariance) {
-  const Eigen::Vector3d up = T_map_body.rotation().conjugate() * Eigen::Vector3d::UnitZ();
-  return std::sqrt(up.dot(covariance.topLeftCorner<3, 3>() * up));
-}
-
 SearchWindow window_of(const Pose& T_map_body, const Matrix6d& covariance, const SubmapOptions& o) {
-  return {.radius_m = std::clamp(o.window_sigmas * largest_sigma(horizontal(T_map_body, covariance)), o.min_window_m,
-                                 o.max_window_m),
+  return {.radius_m =
+              std::clamp(o.window_sigmas * horizontal_sigma_m(T_map_body, covariance), o.min_window_m, o.max_window_m),
           .step_m = o.step_m,
-          .heading_rad = std::clamp(o.window_sigmas * heading_sigma(T_map_body, covariance),
+          .heading_rad = std::clamp(o.window_sigmas * heading_sigma_rad(T_map_body, covariance),
                                     o.min_window_deg * kRadPerDeg, o.max_window_deg * kRadPerDeg)};
 }
 
@@ -76,7 +61,7 @@ FixStatus verdict(const TerrainFix& fix, bool at_edge, const FixAcceptance& a) {
   if (at_edge) return FixStatus::at_window_edge;
   if (fix.second_chi_square - fix.chi_square < a.peak_chi_square) return FixStatus::ambiguous;
   if (fix.chi_square > a.max_misfit * cells) return FixStatus::misfit;
-  if (largest_sigma(horizontal(fix.T_map_body, fix.covariance)) > a.max_sigma_m) return FixStatus::too_vague;
+  if (horizontal_sigma_m(fix.T_map_body, fix.covariance) > a.max_sigma_m) return FixStatus::too_vague;
   return FixStatus::accepted;
 }
 
@@ -127,11 +112,7 @@ TerrainFix align_submap(const TerrainPatch& submap, const Pose& T_map_body, cons
                         const PatchFactorOptions& factor, const SubmapOptions& options) {
   if (std::ssize(submap.cells) < options.acceptance.min_cells) return {.cells = submap.cells.size()};
   const TerrainSearch search(submap, T_map_body, dem, dem_error, factor, options.sigma_tilt_deg * kRadPerDeg);
-  TerrainFix fix = judged(search, search.scan(window_of(T_map_body, covariance, options)), options.acceptance);
-  constexpr double kExplained = 0.6;  // of the submap's relief, by the DEM
-  if (fix.accepted() && explained_relief(submap, fix.T_map_body, *dem, dem_error) < kExplained)
-    fix.status = FixStatus::misfit;
-  return fix;
+  return judged(search, search.scan(window_of(T_map_body, covariance, options)), options.acceptance);
 }
 
 }  // namespace demslam

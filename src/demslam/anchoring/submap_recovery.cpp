@@ -6,6 +6,7 @@
 #include <boost/make_shared.hpp>
 #include <utility>
 
+#include "demslam/geometry/covariance.h"
 #include "demslam/graph/gtsam_pose.h"
 
 namespace demslam {
@@ -19,11 +20,6 @@ Pose level_correction(const Pose& from, const Pose& to) {
   const double turn = yaw_of(to.rotation()) - yaw_of(from.rotation());
   const Eigen::Quaterniond R(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()));
   return {R, to.translation() - R * from.translation()};
-}
-
-Eigen::Matrix2d horizontal(const Pose& T_map_body, const Matrix6d& covariance) {
-  const Eigen::Matrix3d R = T_map_body.rotation_matrix();
-  return (R * covariance.bottomRightCorner<3, 3>() * R.transpose()).topLeftCorner<2, 2>();
 }
 
 void add_pose_factor(PoseGraph& graph, std::size_t keyframe, const TerrainFix& fix) {
@@ -67,8 +63,9 @@ void SubmapRecovery::search(PoseGraph& graph) {
 bool SubmapRecovery::believed(const PoseGraph& graph, const TerrainFix& fix, const Pose& T_correction) {
   const Pose& T_map_body = graph.T_map_body(ground_.reached());
   const Eigen::Vector2d shift = (T_correction * T_map_body.translation() - T_map_body.translation()).head<2>();
-  const Eigen::Matrix2d expected =
-      horizontal(T_map_body, graph.newest_covariance()) + horizontal(fix.T_map_body, fix.covariance);
+  const Eigen::Matrix3d position =
+      position_covariance(T_map_body, graph.newest_covariance()) + position_covariance(fix.T_map_body, fix.covariance);
+  const Eigen::Matrix2d expected = position.topLeftCorner<2, 2>();
   if (shift.dot(expected.inverse() * shift) < kChiSquareOfPlane) return true;
   const Pose before = pending_.value_or(Pose());
   const Eigen::Vector3d p = T_map_body.translation();

@@ -152,6 +152,7 @@ void anchoring_fields(Io& io, O& o) {
   io.field("estimate_noise", o.estimate_noise);
   io.field("sigma_bias_m", o.sigma_bias_m);
   io.field("sigma_shift_m", o.sigma_shift_m);
+  io.field("vague_start_m", o.vague_start_m);
   io.field("sigma_contact_m", o.sigma_contact_m);
   io.field("normal", o.normal);
   io.field("sigma_normal_deg", o.sigma_normal_deg);

@@ -47,6 +47,9 @@ class Drive {
     if (estimator.anchored) {
       anchor_.emplace(std::make_shared<Dem>(traverse.dem), estimator.anchoring, Eigen::Vector3d::Zero(),
                       traverse.T_body_left);
+      const auto search =
+          search_for_vague_start(traverse.T_map_start, traverse.start_covariance, estimator.anchoring.vague_start_m);
+      if (search) anchor_->search_start(*search);
     }
     graph_.add_keyframe(traverse.T_map_start);
     graph_.add_prior(0, traverse.T_map_start, traverse.start_covariance);
@@ -136,6 +139,7 @@ Estimator everything() {
   Estimator estimator = filtered_patches();
   estimator.name = "all";
   estimator.anchoring.submap.recover = true;
+  estimator.anchoring.vague_start_m = SlamOptions().anchoring.vague_start_m;
   return estimator;
 }
 

@@ -10,6 +10,7 @@
 #include "demslam/base/random.h"
 #include "demslam/experiment/parallel.h"
 #include "demslam/geometry/angle.h"
+#include "demslam/geometry/covariance.h"
 
 namespace demslam {
 namespace {
@@ -42,9 +43,7 @@ Trial trial_of(const std::string& start, const TerrainFix& fix, const Pose& trut
   Trial trial{.start = start, .accepted = fix.accepted()};
   if (!trial.accepted) return trial;
   const Eigen::Vector2d error = (fix.T_map_body.translation() - truth.translation()).head<2>();
-  const Eigen::Matrix3d R = fix.T_map_body.rotation_matrix();
-  const Eigen::Matrix2d covariance =
-      (R * fix.covariance.bottomRightCorner<3, 3>() * R.transpose()).topLeftCorner<2, 2>();
+  const Eigen::Matrix2d covariance = position_covariance(fix.T_map_body, fix.covariance).topLeftCorner<2, 2>();
   trial.error_m = error.norm();
   trial.nis = 0.5 * error.dot(covariance.inverse() * error);
   return trial;

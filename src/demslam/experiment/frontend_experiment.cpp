@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "demslam/base/time.h"
 #include "demslam/experiment/spread.h"
@@ -21,7 +22,8 @@ struct Tally {
   std::string group, frontend;
   int pairs = 0, failed = 0;
   bool has_truth = true;
-  double points = 0, matches = 0, right = 0, judged = 0, stereo = 0, on_row = 0, extract_ms = 0, match_ms = 0;
+  double points = 0, matches = 0, judged = 0, stereo = 0, on_row = 0, extract_ms = 0, match_ms = 0;
+  std::vector<double> right;                  ///< of every pair
   std::vector<double> angles_deg, offsets_m;  ///< of every pair; infinite: failed
 };
 
@@ -47,7 +49,7 @@ void judge_matches(Tally& tally, const ViewPair& pair, const StereoFeatures& a, 
     const auto place = place_in_b(pair, a, static_cast<std::size_t>(match.query), T_a_b);
     if (!place) continue;
     tally.judged += 1;
-    tally.right += (*place - b.left.keypoints[match.train].cast<double>()).norm() <= kRight_px;
+    tally.right.back() += (*place - b.left.keypoints[match.train].cast<double>()).norm() <= kRight_px;
   }
 }
 
@@ -88,21 +90,37 @@ void tally_pair(Tally& tally, Frontend& frontend, const ViewPair& pair) {
   tally.has_truth = pair.T_a_b.has_value();
   tally.points += static_cast<double>(a.left.size());
   tally.matches += static_cast<double>(matches.size());
+  tally.right.push_back(0.0);
   if (pair.T_a_b || motion.ok) judge_matches(tally, pair, a, b, matches, pair.T_a_b.value_or(motion.T_a_b));
   judge_motion(tally, pair.T_a_b, motion);
 }
 
 double percent(double part, double whole) { return whole > 0.0 ? 100.0 * part / whole : 0.0; }
 
+struct Mean {
+  double value = 0.0, half_interval = 0.0;  ///< 95 %
+};
+
+Mean mean_of(const std::vector<double>& values) {
+  const auto n = static_cast<double>(values.size());
+  if (values.empty()) return {};
+  const double mean = std::reduce(values.begin(), values.end()) / n;
+  double squares = 0.0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return {mean, n > 1.0 ? 1.96 * std::sqrt(squares / (n * (n - 1.0))) : 0.0};
+}
+
 FrontendRow row_of(const Tally& t) {
   const double pairs = t.pairs;
+  const Mean right = mean_of(t.right);
   FrontendRow row{.group = t.group,
                   .frontend = t.frontend,
                   .pairs = t.pairs,
                   .points = t.points / pairs,
                   .matches = t.matches / pairs,
-                  .right = t.right / pairs,
-                  .precision = percent(t.right, t.judged),
+                  .right = right.value,
+                  .right_95 = right.half_interval,
+                  .precision = percent(right.value * static_cast<double>(t.right.size()), t.judged),
                   .on_row = percent(t.on_row, t.stereo),
                   .has_truth = t.has_truth,
                   .failed = t.failed,
@@ -157,8 +175,7 @@ class Comparison {
 
 }  // namespace
 
-std::vector<NamedFrontend> compared_frontends(int points, const std::filesystem::path& xfeat,
-                                              const std::filesystem::path& lighterglue) {
+std::vector<NamedFrontend> compared_frontends(int points, const std::vector<ModelFiles>& models) {
   const auto built_in = [points](const char* name) {
     return FrontendOptions{.extractor = name, .max_features = points};
   };
@@ -169,13 +186,14 @@ std::vector<NamedFrontend> compared_frontends(int points, const std::filesystem:
                                  {"classical + nearest", built_in("classical")},
                                  {"ORB + nearest", built_in("orb")},
                                  {"SIFT + nearest", built_in("sift")}};
-  if (xfeat.empty()) return all;
-  FrontendOptions options{.extractor = "onnx", .extractor_model = xfeat, .max_features = points};
-  all.push_back({"XFeat + nearest", options});
-  if (lighterglue.empty()) return all;
-  options.matcher = "onnx";
-  options.matcher_model = lighterglue;
-  all.push_back({"XFeat + LighterGlue", options});
+  for (const ModelFiles& files : models) {
+    FrontendOptions options{.extractor = "onnx", .extractor_model = files.extractor, .max_features = points};
+    all.push_back({files.name + " + nearest", options});
+    if (files.matcher.empty()) continue;
+    options.matcher = "onnx";
+    options.matcher_model = files.matcher;
+    all.push_back({files.name + " + " + files.matcher_name, options});
+  }
   return all;
 }
 

@@ -16,10 +16,16 @@ struct NamedFrontend {
   FrontendOptions options;
 };
 
+/// ONNX files of an extractor and, unless empty, of a matcher for it.
+struct ModelFiles {
+  std::string name;
+  std::filesystem::path extractor, matcher;
+  std::string matcher_name = "its matcher";
+};
+
 /// lunar with its own matcher; lunar, classical, ORB and SIFT with nearest neighbours; each with `points` keypoints at
-/// most; with the files given also XFeat + nearest and XFeat + LighterGlue.
-std::vector<NamedFrontend> compared_frontends(int points, const std::filesystem::path& xfeat,
-                                              const std::filesystem::path& lighterglue);
+/// most. Of every one of `models`: with its matcher and with nearest neighbours.
+std::vector<NamedFrontend> compared_frontends(int points, const std::vector<ModelFiles>& models);
 
 struct FrontendExperiment {
   std::vector<NamedFrontend> frontends;
@@ -35,6 +41,7 @@ struct FrontendRow {
   int pairs = 0;
   double points = 0.0, matches = 0.0;
   double right = 0.0;      ///< matches within 3 px of where the truth (without one: the motion found) puts the point
+  double right_95 = 0.0;   ///< half the 95 % confidence interval of that mean over the pairs
   double precision = 0.0;  ///< right ones of those whose depth is known, percent
   double on_row = 0.0;     ///< left-right matches on one row within 1.5 px, percent
   bool has_truth = true;   ///< else the AUCs, `recall` and `wrong` say nothing

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <limits>
 
@@ -36,6 +37,36 @@ TEST(FrontendExperiment, TheClassicalFrontendFindsAShortDriveAndTheTruthAgrees) 
   EXPECT_GT(rows[0].precision, 70.0);
   EXPECT_EQ(rows[0].recall, 100.0);
   EXPECT_EQ(rows[0].wrong + rows[0].failed, 0);
+}
+
+TEST(FrontendExperiment, AModelOfOnesOwnHasRowsOfItsOwn) {
+  const std::filesystem::path weights = std::filesystem::path(DEMSLAM_SOURCE_DIR) / "src/demslam/features/weights";
+  const auto all = compared_frontends(
+      300, {{.name = "mine", .extractor = weights / "lunar.onnx", .matcher = weights / "lunar_matcher.onnx"}});
+  FrontendExperiment experiment = small_experiment();
+  experiment.frontends = {all[0], all[6]};
+  const std::vector<FrontendRow> rows = frontend_experiment(experiment);
+  ASSERT_EQ(rows.size(), 4U);
+  EXPECT_EQ(rows[1].frontend, "mine + its matcher");
+  for (const std::size_t group : {0, 2}) {  // the file and its card are what is built in
+    EXPECT_EQ(rows[group].right, rows[group + 1].right) << rows[group].group;
+    EXPECT_EQ(rows[group].matches, rows[group + 1].matches) << rows[group].group;
+    EXPECT_GT(rows[group].right, 30.0) << rows[group].group;
+  }
+}
+
+TEST(FrontendExperiment, SaysHowSureItsMeansAre) {
+  FrontendExperiment experiment = small_experiment();
+  experiment.frontends.resize(1);
+  experiment.simulated.sun_turns_deg = {};
+  EXPECT_EQ(frontend_experiment(experiment)[0].right_95, 0.0);  // of one pair nobody can say
+  experiment.simulated.seeds = 2;
+  const double right_95 = frontend_experiment(experiment)[0].right_95;
+  experiment.simulated.seeds = 1;
+  const double first = frontend_experiment(experiment)[0].right;
+  experiment.simulated.first_seed += 1;
+  const double second = frontend_experiment(experiment)[0].right;
+  EXPECT_NEAR(right_95, 1.96 * std::abs(first - second) / 2.0, 1e-9);
 }
 
 TEST(FrontendExperiment, JudgesRealPairsByTheTruthOfTheirSequence) {

@@ -17,7 +17,7 @@ std::vector<std::string> cells(const FrontendRow& r) {
                                std::to_string(r.pairs),
                                fmt::format("{:.0f}", r.points),
                                fmt::format("{:.0f}", r.matches),
-                               fmt::format("{:.0f}", r.right),
+                               fmt::format("{:.0f} ± {:.0f}", r.right, r.right_95),
                                fmt::format("{:.1f}", r.precision),
                                fmt::format("{:.1f}", r.on_row)};
   const auto of_truth = [&](std::string text) { row.push_back(r.has_truth ? std::move(text) : "-"); };
@@ -52,6 +52,7 @@ std::string frontend_json(const std::vector<FrontendRow>& rows) {
                    {"points", r.points},
                    {"matches", r.matches},
                    {"right", r.right},
+                   {"right_95", r.right_95},
                    {"precision_percent", r.precision},
                    {"on_row_percent", r.on_row},
                    {"failed", r.failed},

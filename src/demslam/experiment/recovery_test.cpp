@@ -18,7 +18,9 @@ TEST(SubmapRecovery, BringsARoverBackThatBelievesToStartTwentyMetresAway) {
   const Traverse traverse =
       make_traverse({.length_m = 200.0, .dem = kGoodDem, .start_error_m = 20.0, .start_error_deg = 2.0, .seed = 6});
   EXPECT_GT(estimate(traverse, odometry_only()).horizontal_m, 10.0);
-  const EstimateScore found = estimate(traverse, everything());
+  Estimator hasty = everything();
+  hasty.anchoring.vague_start_m = 0.0;
+  const EstimateScore found = estimate(traverse, hasty);
   EXPECT_GE(found.anchoring.submaps.moved, 1);
   EXPECT_LT(found.horizontal_m, 2.0);
 }
@@ -107,6 +109,37 @@ TEST(StartSearch, SaysNothingOnTheDemOfAnotherPlace) {
   const Traverse traverse = make_traverse({.length_m = 120.0, .seed = 9}),
                  other = make_traverse({.length_m = 120.0, .seed = 10});
   EXPECT_FALSE(way_into_the_map(traverse, unplaced(traverse), std::make_shared<Dem>(other.dem), {-40.0, 0.0}, 0.0));
+}
+
+TEST(VagueStart, IsLookedForBeforeAnythingIsTiedToTheDem) {
+  const Traverse traverse =
+      make_traverse({.length_m = 200.0, .dem = kGoodDem, .start_error_m = 40.0, .start_error_deg = 2.0, .seed = 6});
+  Estimator hasty = shipped();
+  hasty.anchoring.vague_start_m = 0.0;
+  EXPECT_GT(estimate(traverse, hasty).horizontal_m, 5.0);
+  const EstimateScore found = estimate(traverse, shipped());
+  EXPECT_EQ(found.anchoring.start_search, "found");
+  EXPECT_GT(found.anchoring.patches, 5);  // the ground behind the rover is tied, too
+  EXPECT_LT(found.horizontal_m, 2.0);
+  EXPECT_LT(found.nees, 5.0);
+}
+
+TEST(VagueStart, ThatIsNotFoundLeavesTheOdometryAndItsDoubt) {
+  Traverse traverse = make_traverse({.length_m = 200.0, .start_error_m = 40.0, .start_error_deg = 2.0, .seed = 9});
+  traverse.dem = make_traverse({.length_m = 200.0, .seed = 10}).dem;  // of another place
+  const EstimateScore lost = estimate(traverse, shipped());
+  EXPECT_TRUE(lost.anchoring.start_search.starts_with("no fix: ")) << lost.anchoring.start_search;
+  EXPECT_EQ(lost.anchoring.height + lost.anchoring.patches, 0);
+  EXPECT_NEAR(lost.ate_m, estimate(traverse, odometry_only()).ate_m, 0.1);
+  EXPECT_LT(lost.nees, 5.0);
+}
+
+TEST(VagueStart, IsOneThatMayBeOffByMoreThanTheOptionSays) {
+  Matrix6d covariance = Matrix6d::Identity();
+  EXPECT_FALSE(search_for_vague_start(Pose(), covariance, 10.0));
+  covariance(4, 4) = 400.0;
+  EXPECT_TRUE(search_for_vague_start(Pose(), covariance, 10.0));
+  EXPECT_FALSE(search_for_vague_start(Pose(), covariance, 0.0));
 }
 
 TEST(Observability, PredictsTheSizeOfTheErrorsWithinAFactorOfThree) {

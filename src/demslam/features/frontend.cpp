@@ -23,15 +23,10 @@ struct Sized {
 template <class Part>
 using Makers = std::vector<std::pair<std::string, Sized<Part> (*)(const FrontendOptions&)>>;
 
-/// `lunar` is modest about ground it was not trained on: with XFeat's threshold it found a third of the points that
-/// sand has, and those it had left out match as well.
-constexpr float kLunarMinProbability = 0.01F;
-
-Sized<Extractor> learned_extractor(OpenModel model, const FrontendOptions& o,
-                                   float min_probability = kXFeatMinProbability) {
+Sized<Extractor> learned_extractor(OpenModel model, const FrontendOptions& o) {
   const int width = model.info.descriptor_width;
   const std::string backend = model.info.backend;
-  return {make_learned_extractor(std::move(model), o.max_features, min_probability), width, backend};
+  return {make_learned_extractor(std::move(model), o.max_features), width, backend};
 }
 
 Sized<Matcher> learned_matcher(OpenModel model, const FrontendOptions& o) {
@@ -51,10 +46,7 @@ const Makers<Extractor>& extractors() {
          return Sized<Extractor>{std::make_unique<ClassicalExtractor>(o.max_features),
                                  ClassicalExtractor::kDescriptorWidth};
        }},
-      {"lunar",
-       [](const O& o) {
-         return learned_extractor(open_built_in_model("lunar", inference_of(o)), o, kLunarMinProbability);
-       }},
+      {"lunar", [](const O& o) { return learned_extractor(open_built_in_model("lunar", inference_of(o)), o); }},
       {"onnx", [](const O& o) { return learned_extractor(open_model(o.extractor_model, inference_of(o)), o); }},
       {"orb", [](const O& o) { return Sized<Extractor>{make_orb_extractor(o.max_features)}; }},
       {"sift", [](const O& o) { return Sized<Extractor>{make_sift_extractor(o.max_features)}; }},

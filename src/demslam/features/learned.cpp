@@ -29,8 +29,7 @@ Tensor to_tensor(const Image& image, int channels, int multiple) {
 
 class XFeatExtractor : public Extractor {
  public:
-  XFeatExtractor(OpenModel model, int max_features, float min_probability)
-      : model_(std::move(model)), max_features_(max_features), min_probability_(min_probability) {}
+  XFeatExtractor(OpenModel model, int max_features) : model_(std::move(model)), max_features_(max_features) {}
 
   Features extract(const Image& image) override {
     if (image.empty()) return {.image_width = image.width, .image_height = image.height};
@@ -39,13 +38,12 @@ class XFeatExtractor : public Extractor {
     return decode_xfeat({maps[0].floats, static_cast<int>(maps[0].shape[1]), static_cast<int>(maps[0].shape[2]),
                          static_cast<int>(maps[0].shape[3]), maps[1].floats, maps[2].floats, maps[0].channels_last,
                          maps[1].channels_last},
-                        image.width, image.height, max_features_, min_probability_);
+                        image.width, image.height, max_features_, static_cast<float>(model_.info.card.min_probability));
   }
 
  private:
   OpenModel model_;
   int max_features_;
-  float min_probability_;
 };
 
 class SuperPointExtractor : public Extractor {
@@ -145,10 +143,10 @@ class LightGlueMatcher : public Matcher {
 
 }  // namespace
 
-std::unique_ptr<Extractor> make_learned_extractor(OpenModel model, int max_features, float min_probability) {
+std::unique_ptr<Extractor> make_learned_extractor(OpenModel model, int max_features) {
   switch (model.info.contract) {
     case Contract::xfeat:
-      return std::make_unique<XFeatExtractor>(std::move(model), max_features, min_probability);
+      return std::make_unique<XFeatExtractor>(std::move(model), max_features);
     case Contract::superpoint:
       return std::make_unique<SuperPointExtractor>(std::move(model), max_features);
     case Contract::lightglue:

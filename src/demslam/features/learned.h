@@ -2,14 +2,11 @@
 
 #include "demslam/features/features.h"
 #include "demslam/features/open_model.h"
-#include "demslam/features/xfeat.h"
 
 namespace demslam {
 
-/// The extractor for an opened model; `min_probability` is of a keypoint (contract xfeat). Throws Error when its
-/// contract is not an extractor's.
-std::unique_ptr<Extractor> make_learned_extractor(OpenModel model, int max_features,
-                                                  float min_probability = kXFeatMinProbability);
+/// The extractor for an opened model. Throws Error when its contract is not an extractor's.
+std::unique_ptr<Extractor> make_learned_extractor(OpenModel model, int max_features);
 
 /// The matcher for an opened model: keeps matches that score above `min_score`. Throws Error when its contract is not a
 /// matcher's.

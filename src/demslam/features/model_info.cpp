@@ -107,6 +107,7 @@ ModelCard read_card(const fs::path& file) {
   reader.field("licence", card.licence);
   reader.field("sha256", card.sha256);
   reader.field("normalisation", card.normalisation);
+  reader.field("min_probability", card.min_probability);
   reader.reject_unknown();
   return card;
 }
@@ -127,6 +128,10 @@ void check_card(const ModelInfo& info) {
   if (!info.card.normalisation.empty() && info.card.normalisation != normalisation) {
     throw Error(info.file.string() + ": a model of contract " + contract + " is fed with normalisation '" +
                 normalisation + "', its card asks for '" + info.card.normalisation + "'");
+  }
+  if (info.card.min_probability < 0.0 || info.card.min_probability >= 1.0) {
+    throw Error(info.file.string() + ": its card has a min_probability of " +
+                std::to_string(info.card.min_probability) + "; it must be at least 0 and less than 1");
   }
 }
 
@@ -170,10 +175,12 @@ OpenModel open_model(const fs::path& file, const InferenceOptions& options) {
 
 OpenModel open_built_in_model(const std::string& name, const InferenceOptions& options) {
   const BuiltInModel& model = built_in_model(name);
-  ModelInfo info{
-      .file = name + " (built in)",
-      .card = {.name = "demslam " + name, .contract = std::string(model.contract), .licence = "Apache-2.0, as demslam"},
-      .sha256 = sha256_of(std::string(model.graph))};
+  ModelInfo info{.file = name + " (built in)",
+                 .card = {.name = "demslam " + name,
+                          .contract = std::string(model.contract),
+                          .licence = "Apache-2.0, as demslam",
+                          .min_probability = model.min_probability},
+                 .sha256 = sha256_of(std::string(model.graph))};
   Inference session(model.graph, info.file.string(), options);
   return identified(std::move(info), std::move(session));
 }

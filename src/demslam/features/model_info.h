@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "demslam/features/xfeat.h"
+
 namespace demslam {
 
 /// One input or output of a graph.
@@ -20,6 +22,7 @@ std::string to_string(Contract contract);
 /// The card <file>.toml beside a model; every field is optional.
 struct ModelCard {
   std::string name, contract, licence, sha256, normalisation;
+  double min_probability = kXFeatMinProbability;  ///< of a keypoint, contract xfeat
 };
 
 struct ModelInfo {

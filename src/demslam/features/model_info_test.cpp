@@ -147,6 +147,8 @@ TEST_F(Models, ReadsTheCardAndChecksIt) {
   write("superpoint.onnx.toml", "normalisation = 'imagenet'\n");
   EXPECT_THAT([&] { inspect_model(model); },
               ThrowsMessage<Error>(HasSubstr("normalisation 'unit', its card asks for 'imagenet'")));
+  write("superpoint.onnx.toml", "min_probability = 1.5\n");
+  EXPECT_THAT([&] { inspect_model(model); }, ThrowsMessage<Error>(HasSubstr("a min_probability of 1.5")));
 }
 
 TEST_F(Models, RefusesAModelWhoseHashIsNotItsCards) {

@@ -1,25 +1,18 @@
 #include "demslam/graph/loop_closure.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
 #include "demslam/geometry/angle.h"
+#include "demslam/geometry/covariance.h"
 
 namespace demslam {
 namespace {
 
 double heading_difference(const Pose& a, const Pose& b) {
   return std::abs(std::remainder(yaw_of(a.rotation()) - yaw_of(b.rotation()), 2.0 * std::numbers::pi));
-}
-
-/// Largest horizontal standard deviation of a pose.
-double horizontal_sigma_m(const Pose& T_map_body, const Matrix6d& covariance) {
-  const Eigen::Matrix3d R = T_map_body.rotation_matrix();
-  const Eigen::Matrix3d of_position = R * covariance.bottomRightCorner<3, 3>() * R.transpose();
-  return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(of_position.topLeftCorner<2, 2>()).eigenvalues()[1]);
 }
 
 constexpr double kCell_m = 10.0;

@@ -6,6 +6,7 @@
 
 #include "demslam/base/error.h"
 #include "demslam/base/text.h"
+#include "demslam/geometry/covariance.h"
 #include "demslam/report/internal/distance_axis.h"
 #include "demslam/report/internal/packed.h"
 #include "demslam/report/internal/residual_json.h"
@@ -65,8 +66,7 @@ std::vector<Eigen::Matrix3d> position_covariances(const ReportRun& run, const st
       result.push_back(Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN()));
       continue;
     }
-    const Eigen::Matrix3d R = keyframe.T_map_body.rotation_matrix();
-    result.push_back(R * it->covariance.bottomRightCorner<3, 3>() * R.transpose());
+    result.push_back(position_covariance(keyframe.T_map_body, it->covariance));
   }
   return result;
 }

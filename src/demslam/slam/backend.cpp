@@ -62,8 +62,7 @@ struct Backend::State {
   LoopClosure loops;
   Relocaliser relocaliser;
   std::unique_ptr<EarlierMap> earlier_map;
-  std::optional<DemAnchor> anchor;          ///< none without a DEM
-  std::optional<StartSearch> start_search;  ///< until the start is found
+  std::optional<DemAnchor> anchor;  ///< none without a DEM
   std::vector<SunMeasurement> sun;
   std::vector<Keyframe> keyframes;
   std::vector<FramePlace> frames;  ///< tracked ones
@@ -82,11 +81,12 @@ struct Backend::State {
         graph(graph_options(o, dem != nullptr)),
         loops(o.loops, rig.T_body_left, verifier(), look_alikes()),
         relocaliser(o.loops, rig.T_body_left) {
-    if (dem) anchor.emplace(dem, o.anchoring, rig.p_body_ground, rig.T_body_left);
-    if (!start.search) return;
-    const DemErrorModel error{o.anchoring.sigma_dem_m, o.anchoring.dem_correlation_m};
-    start_search.emplace(dem, error, o.anchoring.patch, o.anchoring.patch_factor, *start.search, rig.T_body_left);
-    counters.start_search = "no fix: too short a way";
+    if (!dem) return;
+    anchor.emplace(dem, o.anchoring, rig.p_body_ground, rig.T_body_left);
+    const auto search = start.search
+                            ? start.search
+                            : search_for_vague_start(start.T_map_body, start.covariance, o.anchoring.vague_start_m);
+    if (search) anchor->search_start(*search);
   }
 
   /// Asks the images, or what they said in the run that is repeated.
@@ -157,34 +157,19 @@ struct Backend::State {
   /// True when the estimate was moved to another place.
   bool anchor_keyframe(const OdometryResult& result) {
     if (!anchor) return false;
-    if (options.anchoring.needs_landmarks() || start_search) {
+    if (anchor->needs_landmarks()) {
       const auto seen = features.at(result.keyframe);
-      KeyframeLandmarks ground =
-          ground_landmarks(result.keyframe, rig, *seen, options.odometry.motion, options.landmarks);
-      if (start_search) start_search->add(ground);
-      anchor->add_landmarks(std::move(ground));
+      anchor->add_landmarks(ground_landmarks(result.keyframe, rig, *seen, options.odometry.motion, options.landmarks));
     }
-    if (start_search && !find_start(result.keyframe)) return false;
-    const bool found = start_search.has_value();
-    start_search.reset();
-    const int moved = anchor->report().submaps.moved;
-    anchor->update(graph);
-    return found || anchor->report().submaps.moved > moved;
+    const bool placed = anchor->start_correction().has_value();
+    const bool moved = anchor->update(graph);
+    if (start.search && !placed && anchor->start_correction()) move_odometry(*anchor->start_correction());
+    return moved;
   }
 
-  /// Moves everything into the map once the ground seen so far has been found there.
-  bool find_start(std::size_t keyframe) {
-    const Pose& T_now = graph.T_map_body(keyframe);
-    const Pose& T_before = graph.T_map_body(keyframe == 0 ? 0 : keyframe - 1);
-    const auto T_map_own =
-        start_search->advance(graph, keyframe, (T_now.translation() - T_before.translation()).norm());
-    if (start_search->searches() > 0) counters.start_search = "no fix: " + to_string(start_search->fix().status);
-    if (!T_map_own) return false;
-    graph.move(0, *T_map_own);
-    for (Keyframe& k : keyframes) k.T_map_body_odometry = *T_map_own * k.T_map_body_odometry;
-    graph.add_prior(start_search->keyframe(), start_search->fix().T_map_body, start_search->fix().covariance);
-    counters.start_search = "found";
-    return true;
+  /// Of a frame of its own, into the map.
+  void move_odometry(const Pose& T_map_own) {
+    for (Keyframe& k : keyframes) k.T_map_body_odometry = T_map_own * k.T_map_body_odometry;
   }
 
   FramePlace place(const OdometryResult& result) const {

@@ -54,8 +54,7 @@ struct SlamCounters {
   int relocalised = 0;     ///< losses behind which an older keyframe was seen again
   int in_earlier_map = 0;  ///< keyframes placed by the map of an earlier run
   AnchoringReport anchoring;
-  std::size_t suns = 0;           ///< keyframes that saw the sun
-  std::string start_search = {};  ///< empty: the start was known; "found", or "no fix: " and why
+  std::size_t suns = 0;  ///< keyframes that saw the sun
 };
 
 struct SlamResult {

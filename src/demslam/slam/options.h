@@ -15,7 +15,12 @@ struct SlamOptions {
   OdometryOptions odometry;
   PoseGraphOptions graph{.systematic = {.enabled = true}};  ///< without a DEM there are no systematic states
   LoopOptions loops;
-  AnchoringOptions anchoring{.filter_dem = true, .estimate_noise = true, .patches = true, .sigma_bias_m = 1.0, .sigma_shift_m = 1.0};
+  AnchoringOptions anchoring{.filter_dem = true,
+                             .estimate_noise = true,
+                             .patches = true,
+                             .sigma_bias_m = 1.0,
+                             .sigma_shift_m = 1.0,
+                             .vague_start_m = 10.0};
   LandmarkOptions landmarks;  ///< for terrain patches
 
   bool use_loops = true;  ///< false: --no-loops

@@ -189,7 +189,8 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
   const auto write_results = [&] {
     report.result = slam.finish();
     recorder.finish(report.result);
-    const bool placed = dem && !report.result.counters.start_search.starts_with("no fix");
+    const bool found = !report.result.counters.anchoring.start_search.starts_with("no fix");
+    const bool placed = dem && (found || inputs.unknown_start_radius_m == 0.0);
     folder.write_result(report.result, placed ? &dem->raster().frame : nullptr);
     folder.write_summary(summary_text(inputs, inputs_json, report));
   };

@@ -48,7 +48,7 @@ Json counters_json(const SlamCounters& counters) {
             {"submaps_accepted", counters.anchoring.submaps.accepted},
             {"submaps_moved", counters.anchoring.submaps.moved}}},
           {"suns", counters.suns},
-          {"start_search", counters.start_search}};
+          {"start_search", counters.anchoring.start_search}};
 }
 
 /// Null where no DEM was used, or its place was taken for granted.
