@@ -54,11 +54,11 @@ GlobalFixOptions StartSearch::window(const PoseGraph& graph) const {
   const double way_m = (T_map_body.translation() - T_map_begin.translation()).head<2>().norm();
   GlobalFixOptions window = options_.fix;
   if (options_.around) {
-    constexpr double kSigmas = 3.0, kMost_m = 500.0;  // beyond, a search takes minutes
+    constexpr double kSigmas = 3.0, kLeast_m = 30.0, kMost_m = 500.0;  // beyond, a search takes minutes
     const double sigma_rad = heading_sigma_rad(T_map_begin, *options_.around);
     const double sigma_m = std::hypot(horizontal_sigma_m(T_map_begin, *options_.around), sigma_rad * way_m);
     window.centre_m = T_map_body.translation().head<2>();
-    window.radius_m = std::min(kMost_m, kSigmas * sigma_m);
+    window.radius_m = std::clamp(kSigmas * sigma_m, kLeast_m, kMost_m);
     window.heading_rad = yaw_of(T_map_body.rotation());
     window.heading_tolerance_rad = kSigmas * sigma_rad;
   } else {

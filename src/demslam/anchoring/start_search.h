@@ -12,7 +12,7 @@ struct StartSearchOptions {
   GlobalFixOptions fix{.sigma_tilt_deg = 8.0};  ///< centre and radius are of the start; a heading is that of the
                                                 ///< graph's own x axis
   /// Where the graph begins on the map instead of in a frame of its own: the covariance of that start. Three sigmas
-  /// around the graph's own estimate are searched, at most 500 m.
+  /// around the graph's own estimate are searched, 30 to 500 m.
   std::optional<Matrix6d> around;
   double length_m = 150.0;  ///< of path whose ground is searched for
   double first_m = 60.0;    ///< of path before the first search

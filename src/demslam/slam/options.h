@@ -20,7 +20,7 @@ struct SlamOptions {
                              .patches = true,
                              .sigma_bias_m = 1.0,
                              .sigma_shift_m = 1.0,
-                             .vague_start_m = 10.0};
+                             .vague_start_m = 3.0};
   LandmarkOptions landmarks;  ///< for terrain patches
 
   bool use_loops = true;  ///< false: --no-loops
