@@ -55,6 +55,7 @@ void judge_matches(Tally& tally, const ViewPair& pair, const StereoFeatures& a, 
 
 void judge_rows(Tally& tally, const Features& left, const Features& right, const std::vector<Match>& matches) {
   std::vector<double> rows;
+  rows.reserve(matches.size());
   for (const Match& m : matches) rows.push_back(right.keypoints[m.train].y() - left.keypoints[m.query].y());
   if (rows.empty()) return;
   const double offset_px = spread_of(rows).median;  // a calibration may be off by a constant
@@ -153,6 +154,7 @@ class Comparison {
 
   std::vector<FrontendRow> rows() const {
     std::vector<FrontendRow> all;
+    all.reserve(tallies_.size());
     for (const Tally& tally : tallies_) all.push_back(row_of(tally));
     return all;
   }

@@ -242,6 +242,7 @@ struct Backend::State {
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
     const std::vector<Matrix6d> covariances = graph.covariances(all);
     std::vector<KeyframeEstimate> estimates;
+    estimates.reserve(all.size());
     for (const std::size_t i : all) estimates.push_back({keyframes[i].t_ns, graph.T_map_body(i), covariances[i]});
     return estimates;
   }
