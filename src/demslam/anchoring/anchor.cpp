@@ -49,12 +49,14 @@ double step_m_to(const PoseGraph& graph, std::size_t keyframe) {
   return (graph.T_map_body(keyframe).translation() - graph.T_map_body(keyframe - 1).translation()).norm();
 }
 
-/// A place found on the DEM is as far off as the DEM is; and its ground will be tied once more, by patches.
+/// A place found on the DEM is as far off as the DEM is. Odometry has bent the ground that was searched for, which a
+/// fix does not know, and that ground will be tied once more, by patches.
 Matrix6d doubted(const TerrainFix& fix, const AnchoringOptions& options) {
-  constexpr double kTiedTwice = 2.0;  // standard deviations
+  constexpr double kTooSure =
+      3.0;  // of its standard deviations, over 300 m (`demslam experiment fixes --submap-m 300`)
   const Eigen::Vector3d dem_m(options.sigma_shift_m, options.sigma_shift_m, options.sigma_bias_m);
   const Eigen::Matrix3d R = fix.T_map_body.rotation_matrix();
-  Matrix6d covariance = kTiedTwice * kTiedTwice * fix.covariance;
+  Matrix6d covariance = kTooSure * kTooSure * fix.covariance;
   covariance.bottomRightCorner<3, 3>() += R.transpose() * dem_m.cwiseAbs2().asDiagonal() * R;
   return covariance;
 }
