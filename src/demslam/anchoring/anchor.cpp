@@ -45,15 +45,16 @@ double alike_factors(const DemErrorModel& error, double spacing_m) {
   return sum;
 }
 
+/// From the keyframe before.
 double step_m_to(const PoseGraph& graph, std::size_t keyframe) {
+  if (keyframe == 0) return 0.0;
   return (graph.T_map_body(keyframe).translation() - graph.T_map_body(keyframe - 1).translation()).norm();
 }
 
 /// A place found on the DEM is as far off as the DEM is. Odometry has bent the ground that was searched for, which a
 /// fix does not know, and that ground will be tied once more, by patches.
 Matrix6d doubted(const TerrainFix& fix, const AnchoringOptions& options) {
-  constexpr double kTooSure =
-      3.0;  // of its standard deviations, over 300 m (`demslam experiment fixes --submap-m 300`)
+  constexpr double kTooSure = 3.0;  // times, over 300 m: `demslam experiment fixes --submap-m 300`
   const Eigen::Vector3d dem_m(options.sigma_shift_m, options.sigma_shift_m, options.sigma_bias_m);
   const Eigen::Matrix3d R = fix.T_map_body.rotation_matrix();
   Matrix6d covariance = kTooSure * kTooSure * fix.covariance;
@@ -141,8 +142,7 @@ bool DemAnchor::update(PoseGraph& graph) {
 /// Moves everything to where the ground seen so far has been found on the DEM.
 bool DemAnchor::find_start(PoseGraph& graph) {
   for (; searched_ < graph.size(); ++searched_) {
-    const double step_m = searched_ == 0 ? 0.0 : step_m_to(graph, searched_);
-    const auto T_correction = start_search_->advance(graph, searched_, step_m);
+    const auto T_correction = start_search_->advance(graph, searched_, step_m_to(graph, searched_));
     if (start_search_->searches() > 0) report_.start_search = "no fix: " + to_string(start_search_->fix().status);
     if (!T_correction) continue;
     graph.move(0, *T_correction);
@@ -158,7 +158,7 @@ bool DemAnchor::find_start(PoseGraph& graph) {
 
 void DemAnchor::tie(PoseGraph& graph) {
   for (; seen_ < graph.size(); ++seen_) {
-    const double step_m = seen_ == 0 ? 0.0 : step_m_to(graph, seen_);
+    const double step_m = step_m_to(graph, seen_);
     path_since_anchor_m_ += step_m;
     stretch_m_ += step_m;
     path_m_ += step_m;
