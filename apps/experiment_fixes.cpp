@@ -44,6 +44,9 @@ void add_fixes_experiment(CLI::App& experiments) {
   command->add_option("--first-seed", a->experiment.first_seed, "seed of the first world");
   command->add_option("--start-error-m", a->experiment.start_errors_m, "how far off the search begins");
   command->add_option("--anywhere-m", a->experiment.global_radius_m, "also search this radius without a start");
+  command->add_flag("--foreign", a->experiment.foreign, "on the map of another world: whatever is accepted is wrong");
+  command->add_option("--dem-noise-m", a->experiment.traverse.dem.noise_rms_m, "of the DEM");
+  command->add_option("--stated-noise-m", a->experiment.dem_error.sigma_m, "what the search is told of it");
   command->add_option("--submap-m", a->experiment.submap.length_m, "path per submap")->check(CLI::PositiveNumber);
   command->add_option("--length-m", a->experiment.traverse.length_m, "of each drive")->check(CLI::PositiveNumber);
   command->add_option("--threads", a->experiment.threads, "worlds at the same time")->check(CLI::PositiveNumber);

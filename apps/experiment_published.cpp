@@ -18,12 +18,14 @@ namespace fs = std::filesystem;
 struct Arguments {
   fs::path output, configs, nac;
   ExperimentExtent extent;
+  bool keep_recordings = false;
 };
 
 using MakeExperiment = std::function<PublishedExperiment(const Arguments&, const fs::path& configs)>;
 
 void run(const Arguments& arguments, const MakeExperiment& make) {
-  const PublishedExperiment experiment = make(arguments, scene_presets(arguments.configs));
+  PublishedExperiment experiment = make(arguments, scene_presets(arguments.configs));
+  experiment.study.keep_recordings = arguments.keep_recordings;
   ProgressBar bar(experiment.study.name, "frames");
   const auto scores = run_study(experiment.study, arguments.output, bar.progress());
   write_study(experiment.study, scores, experiment.published, arguments.output);
@@ -37,10 +39,14 @@ CLI::App* add(CLI::App& experiments, const char* name, const char* what, const M
   command->add_option("-o,--output", arguments->output, "folder for runs and tables; goes on where it stopped")
       ->required();
   command->add_option("--seeds", arguments->extent.seeds, "worlds per scene")->check(CLI::PositiveNumber);
+  command->add_option("--first-seed", arguments->extent.first_seed, "of the worlds; a cluster can share them out")
+      ->check(CLI::PositiveNumber);
   command->add_option("--frame-spacing-m", arguments->extent.frame_spacing_m,
                       "distance between frames; default: the preset's");
   command->add_option("--size-px", arguments->extent.size_px, "width and height of the images; default: the preset's");
   command->add_flag("--quick", arguments->extent.quick, "40 m of small images per scene: a table in minutes");
+  command->add_flag("--keep-recordings", arguments->keep_recordings,
+                    "keep what was tracked: a variant whose folder is removed is solved again without its images");
   command->add_option("--configs", arguments->configs, "folder of the scene presets");
   command->add_option("--nac", arguments->nac, "a real elevation map for one more scene (anchoring)")
       ->check(CLI::ExistingFile);

@@ -9,7 +9,6 @@
 #include "demslam/anchoring/dem_factors.h"
 #include "demslam/anchoring/dem_shift_factor.h"
 #include "demslam/anchoring/patch_factor.h"
-#include "demslam/dem/wiener.h"
 #include "demslam/geometry/angle.h"
 #include "demslam/geometry/covariance.h"
 
@@ -51,13 +50,11 @@ double step_m_to(const PoseGraph& graph, std::size_t keyframe) {
   return (graph.T_map_body(keyframe).translation() - graph.T_map_body(keyframe - 1).translation()).norm();
 }
 
-/// A place found on the DEM is as far off as the DEM is. Odometry has bent the ground that was searched for, which a
-/// fix does not know, and that ground will be tied once more, by patches.
+/// A place found on the DEM is as far off as the DEM is.
 Matrix6d doubted(const TerrainFix& fix, const AnchoringOptions& options) {
-  constexpr double kTooSure = 3.0;  // times, over 300 m: `demslam experiment fixes --submap-m 300`
   const Eigen::Vector3d dem_m(options.sigma_shift_m, options.sigma_shift_m, options.sigma_bias_m);
   const Eigen::Matrix3d R = fix.T_map_body.rotation_matrix();
-  Matrix6d covariance = kTooSure * kTooSure * fix.covariance;
+  Matrix6d covariance = fix.covariance;
   covariance.bottomRightCorner<3, 3>() += R.transpose() * dem_m.cwiseAbs2().asDiagonal() * R;
   return covariance;
 }
@@ -83,9 +80,7 @@ DemAnchor::DemAnchor(std::shared_ptr<const Dem> dem, const AnchoringOptions& opt
       patch_(fitted_to(given_->raster().cell_m, options.patch)),
       sigma_contact_m_(relief_within(given_->raster().cell_m, options.sigma_contact_m)) {
   if (!options.submap.recover && !options.submap.factors) return;
-  const DemErrorModel error = stated_error(options);
-  const BelievedDem everywhere = options.filter_dem ? most_probable(given_, error) : BelievedDem{given_, error};
-  submaps_.emplace(everywhere.dem, everywhere.error, options.patch, options.patch_factor, options.submap, T_body_left);
+  submaps_.emplace(given_, stated_error(options), options.patch, options.patch_factor, options.submap, T_body_left);
 }
 
 void DemAnchor::search_start(const StartSearchOptions& options) {

@@ -8,10 +8,6 @@ namespace {
 
 constexpr double kReach_m = 250.0, kReachCells = 100.0;
 
-bool touch(const MapWindow& a, const MapWindow& b) {
-  return a.west_m < b.east_m && b.west_m < a.east_m && a.south_m < b.north_m && b.south_m < a.north_m;
-}
-
 }  // namespace
 
 BelievedTerrain::BelievedTerrain(std::shared_ptr<const Dem> dem, const DemErrorModel& stated, bool filter,

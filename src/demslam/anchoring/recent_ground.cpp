@@ -16,6 +16,11 @@ std::size_t RecentGround::middle() const {
   return seen_.empty() ? reached_ : (seen_.front().landmarks.keyframe + reached_) / 2;
 }
 
+std::optional<Matrix6d> RecentGround::bend(const PoseGraph& graph) const {
+  if (seen_.empty()) return std::nullopt;
+  return graph.odometry_bend(seen_.front().landmarks.keyframe, middle(), reached_);
+}
+
 std::vector<PosedLandmarks> RecentGround::views(const PoseGraph& graph) const {
   std::vector<PosedLandmarks> views;
   for (const Seen& seen : seen_) {

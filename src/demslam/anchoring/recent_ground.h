@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "demslam/anchoring/terrain_patch.h"
@@ -23,6 +24,9 @@ class RecentGround {
   std::size_t middle() const;
   /// The landmarks with their keyframes' present estimates.
   std::vector<PosedLandmarks> views(const PoseGraph& graph) const;
+  /// How far off the middle keyframe is, at least, when all of the stretch is found at once: odometry has bent it.
+  /// Nothing where the stretch is not joined by odometry.
+  std::optional<Matrix6d> bend(const PoseGraph& graph) const;
 
  private:
   struct Seen {

@@ -21,7 +21,9 @@ std::optional<StartSearchOptions> search_for_vague_start(const Pose& T_map_body,
                                                          double vague_m) {
   if (vague_m <= 0.0 || horizontal_sigma_m(T_map_body, covariance) <= vague_m) return std::nullopt;
   constexpr double kLength_m = 300.0;  // a small window: more ground is cheap, and seldom like that of another place
-  return StartSearchOptions{.around = covariance, .length_m = kLength_m};
+  StartSearchOptions options{.around = covariance, .length_m = kLength_m};
+  options.fix.acceptance.peak_chi_square = FixAcceptance().peak_chi_square;  // fewer places than anywhere, all upright
+  return options;
 }
 
 StartSearch::StartSearch(std::shared_ptr<const Dem> dem, const DemErrorModel& dem_error, const PatchOptions& patch,
@@ -40,10 +42,12 @@ std::optional<Pose> StartSearch::advance(const PoseGraph& graph, std::size_t key
   keyframe_ = ground_.middle();
   const Pose& T_level_body = graph.T_map_body(keyframe_);
   const auto submap = build_patch(ground_.views(graph), keyframe_, T_level_body, patch_);
-  if (!submap) return std::nullopt;
+  const auto bend = ground_.bend(graph);
+  if (!submap || !bend) return std::nullopt;
   ++searches_;
   fix_ = global_fix(*submap, T_level_body, dem_, dem_error_, factor_, window(graph));
   if (!fix_.accepted()) return std::nullopt;
+  fix_.covariance += *bend;
   return fix_.T_map_body * T_level_body.inverse();
 }
 

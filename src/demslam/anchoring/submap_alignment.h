@@ -13,6 +13,8 @@ struct FixAcceptance {
   double peak_chi_square = 20.0;  ///< must fit worse by this much
   double max_misfit = 0.45;       ///< chi-square per cell at the best place: with the DEM's noise as stated the right
                                   ///< one has 0.2 to 0.3, the best of a DEM that does not show the place 0.5 and more
+  double max_noise_scale = 4.0;   ///< a place that stands out and misfits is searched for again in a DEM of twice the
+                                  ///< noise, up to so many times what was said; it must stand out there, too
   int min_cells = 20;             ///< of ground
   double max_sigma_m = 5.0;       ///< horizontal, of the result
 };
@@ -34,14 +36,16 @@ enum class FixStatus { accepted, too_little_ground, off_the_dem, at_window_edge,
 
 std::string to_string(FixStatus status);
 
-/// What a search says. Pose and covariance (of the right perturbation, from the curvature) are those of the best place,
-/// accepted or not; meaningless when there was too little ground or no DEM.
+/// What a search says. Where accepted, pose and covariance (of the right perturbation) are mean and spread over the
+/// minima of the misfit around the best one, as if nothing had bent the ground; otherwise the best place and its
+/// curvature, meaningless when there was too little ground or no DEM.
 struct TerrainFix {
   FixStatus status = FixStatus::too_little_ground;
   Pose T_map_body;
   Matrix6d covariance = Matrix6d::Zero();
   double chi_square = 0.0, second_chi_square = 0.0;  ///< at the best place and at the best one far from it
   std::size_t cells = 0;
+  double noise_scale = 1.0;  ///< of the DEM's noise that the verdict rests on, over what was said
 
   bool accepted() const { return status == FixStatus::accepted; }
 };
@@ -52,7 +56,18 @@ TerrainFix align_submap(const TerrainPatch& submap, const Pose& T_map_body, cons
                         std::shared_ptr<const Dem> dem, const DemErrorModel& dem_error,
                         const PatchFactorOptions& factor, const SubmapOptions& options);
 
-/// The decision from a scanned window: refines the best places, compares, judges.
-TerrainFix judged(const TerrainSearch& search, std::vector<TerrainMatch> places, const FixAcceptance& acceptance);
+/// Ground to look for, on which DEM (as given: the search filters it), and where.
+struct SubmapSearch {
+  const TerrainPatch& submap;
+  Pose T_map_body;  ///< the middle of the window, and the tilt
+  std::shared_ptr<const Dem> dem;
+  DemErrorModel dem_error;
+  PatchFactorOptions factor;
+  double sigma_tilt_rad = 0.0;
+  SearchWindow window;
+};
+
+/// Scans the window, refines the best places, compares, judges.
+TerrainFix judged(const SubmapSearch& search, const FixAcceptance& acceptance);
 
 }  // namespace demslam

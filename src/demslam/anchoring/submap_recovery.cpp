@@ -50,11 +50,13 @@ void SubmapRecovery::advance(PoseGraph& graph, std::size_t keyframe, double step
 void SubmapRecovery::search(PoseGraph& graph) {
   const std::size_t middle = ground_.middle();
   const auto submap = build_patch(ground_.views(graph), middle, graph.T_map_body(middle), *dem_, patch_);
-  if (!submap) return;
+  const auto bend = ground_.bend(graph);
+  if (!submap || !bend) return;
   ++report_.searched;
-  const TerrainFix fix =
+  TerrainFix fix =
       align_submap(*submap, graph.T_map_body(middle), graph.newest_covariance(), dem_, dem_error_, factor_, options_);
   if (!fix.accepted()) return;
+  fix.covariance += *bend;
   ++report_.accepted;
   use(graph, middle, fix);
 }

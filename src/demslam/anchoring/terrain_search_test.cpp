@@ -87,6 +87,24 @@ TEST(SubmapAlignment, SaysAtTheEdgeWhenThePlaceIsBeyondTheWindow) {
   EXPECT_FALSE(fix.accepted());
 }
 
+TEST(SubmapAlignment, ADemNoisierThanSaidIsSearchedOnceMoreAsSuch) {
+  const auto ground = relief(6.0);
+  const auto noisy = std::make_shared<Dem>(perturb(ground->raster(), {.noise_m = {.rms = 0.9, .seed = 3}}));
+  const Pose start = displaced({12.0, -9.0}, 0.02);
+  Vector6d variance;
+  variance << Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(100.0);
+  SubmapOptions as_said;
+  as_said.acceptance.max_noise_scale = 1.0;
+  const auto found = [&](const SubmapOptions& options) {
+    return align_submap(submap_of(*ground), start, variance.asDiagonal(), noisy, {.sigma_m = 0.3}, {}, options);
+  };
+  EXPECT_EQ(found(as_said).status, FixStatus::misfit);
+  const TerrainFix fix = found({});
+  EXPECT_EQ(fix.status, FixStatus::accepted) << to_string(fix.status);
+  EXPECT_GE(fix.noise_scale, 2.0);
+  EXPECT_LT(off_m(fix), 2.0);
+}
+
 TEST(SubmapAlignment, TooLittleGroundAndNoDemAreSaidSo) {
   const auto dem = relief(3.0);
   TerrainPatch few = submap_of(*dem);

@@ -120,6 +120,7 @@ void acceptance_fields(Io& io, O& o) {
   io.field("peak_distance_m", o.peak_distance_m);
   io.field("peak_chi_square", o.peak_chi_square);
   io.field("max_misfit", o.max_misfit);
+  io.field("max_noise_scale", o.max_noise_scale);
   io.field("min_cells", o.min_cells);
   io.field("max_sigma_m", o.max_sigma_m);
 }

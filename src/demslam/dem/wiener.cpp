@@ -155,6 +155,10 @@ double filtered_height(const DemRaster& dem, const Eigen::VectorXd& weights, int
 
 }  // namespace
 
+bool touch(const MapWindow& a, const MapWindow& b) {
+  return a.west_m < b.east_m && b.west_m < a.east_m && a.south_m < b.north_m && b.south_m < a.north_m;
+}
+
 std::optional<WienerFilter> WienerFilter::of(const DemRaster& dem, const DemErrorModel& error) {
   if (dem.heights.empty()) return std::nullopt;
   const std::optional<PowerLaw> terrain = terrain_law(dem, error);
@@ -178,11 +182,15 @@ DemRaster WienerFilter::filtered(const DemRaster& dem, const MapWindow& window) 
 }
 
 BelievedDem most_probable(std::shared_ptr<const Dem> dem, const DemErrorModel& error) {
+  const MapWindow everything = dem->raster().extent();
+  return most_probable(std::move(dem), error, everything);
+}
+
+BelievedDem most_probable(std::shared_ptr<const Dem> dem, const DemErrorModel& error, const MapWindow& window) {
   std::optional<WienerFilter> filter;
-  if (!dem->has_sigma()) filter = WienerFilter::of(dem->raster(), error);
+  if (!dem->has_sigma() && touch(window, dem->raster().extent())) filter = WienerFilter::of(dem->raster(), error);
   if (!filter) return {std::move(dem), error};
-  const DemRaster& given = dem->raster();
-  return {std::make_shared<Dem>(filter->filtered(given, given.extent()), dem->interpolation()), filter->remaining()};
+  return {std::make_shared<Dem>(filter->filtered(dem->raster(), window), dem->interpolation()), filter->remaining()};
 }
 
 }  // namespace demslam

@@ -10,6 +10,9 @@
 
 namespace demslam {
 
+/// Whether two windows share any ground.
+bool touch(const MapWindow& a, const MapWindow& b);
+
 /// Wiener filter of a DEM, as a local best linear unbiased estimate (universal kriging with a linear drift, so that
 /// planes pass unchanged). The terrain's own spectrum is a power law fitted to the DEM's variogram after the error's is
 /// taken out. Where relief dominates, the kernel is almost a unit impulse; where noise does, a wide mean.
@@ -41,5 +44,7 @@ struct BelievedDem {
 /// Filtered where that is possible and the error is the same everywhere; else, and where an uncertainty raster says how
 /// it varies, as it is.
 BelievedDem most_probable(std::shared_ptr<const Dem> dem, const DemErrorModel& error);
+/// Of the cells that touch a window alone; as it is where the window does not touch the DEM.
+BelievedDem most_probable(std::shared_ptr<const Dem> dem, const DemErrorModel& error, const MapWindow& window);
 
 }  // namespace demslam

@@ -20,6 +20,7 @@ struct FixExperiment {
   std::vector<double> start_errors_m = {5.0, 20.0, 50.0};
   double heading_error_deg = 1.0;  ///< standard deviation
   double global_radius_m = 0.0;
+  bool foreign = false;  ///< the DEM is another world's: whatever is accepted is wrong
   SubmapOptions submap;
   DemErrorModel dem_error;
   int seeds = 10;
@@ -30,7 +31,7 @@ struct FixExperiment {
 struct FixRow {
   std::string relief, start;
   int trials = 0, accepted = 0;
-  int wrong = 0;                                     ///< accepted, and more than 5 m off
+  int wrong = 0;                                     ///< accepted, and more than 5 m off or on a foreign DEM
   double median_error_m = 0.0, worst_error_m = 0.0;  ///< horizontal, of the accepted ones
   double mean_nis = 0.0;                             ///< of their horizontal errors, per degree of freedom
 };

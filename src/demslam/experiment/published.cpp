@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 
 #include "demslam/experiment/estimator.h"
 
@@ -57,8 +58,8 @@ StudyDrive drive_of(const std::string& name, const fs::path& preset, const Exper
 }  // namespace
 
 std::vector<std::uint64_t> seeds_of(const ExperimentExtent& extent) {
-  std::vector<std::uint64_t> seeds;
-  for (int seed = 1; seed <= extent.seeds; ++seed) seeds.push_back(static_cast<std::uint64_t>(seed));
+  std::vector<std::uint64_t> seeds(static_cast<std::size_t>(extent.seeds));
+  std::iota(seeds.begin(), seeds.end(), static_cast<std::uint64_t>(extent.first_seed));
   return seeds;
 }
 

@@ -23,13 +23,13 @@ struct PublishedExperiment {
 
 /// How much of it: `seeds` of everything random; coarser frames; `quick`: 40 m of small images, for a table in minutes.
 struct ExperimentExtent {
-  int seeds = 1;
+  int seeds = 1;       ///< worlds per scene
+  int first_seed = 1;  ///< of consecutive ones
   bool quick = false;
   double frame_spacing_m = 0.0;  ///< 0: the preset's
   int size_px = 0;               ///< width and height of the images; 0: the preset's
 };
 
-/// 1, 2, ... as many as asked for.
 std::vector<std::uint64_t> seeds_of(const ExperimentExtent& extent);
 
 // Scenes come from the preset files in `configs` (the repository's configs/ folder, or the installed one).

@@ -41,7 +41,7 @@ class StudyCase {
       if (!is_finished(recording()) && !record(progress)) return false;
       solve(variant);
     }
-    fs::remove(recording() / "map.db");  // the features of every keyframe: large, and needed no more
+    if (!study_.keep_recordings) fs::remove(recording() / "map.db");  // the features of every keyframe: large
     return true;
   }
 

@@ -42,6 +42,7 @@ struct Study {
   std::vector<StudyDrive> drives;
   std::vector<StudyVariant> variants;
   std::vector<std::uint64_t> seeds = {1};
+  bool keep_recordings = false;  ///< with the features of every keyframe: large, and all that another variant needs
 };
 
 /// Errors of one run, RMSE without alignment, metres.

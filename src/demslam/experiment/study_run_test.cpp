@@ -63,6 +63,27 @@ TEST_F(RunStudy, ScoresEveryVariantOnTheSameOdometryAndDrawsThem) {
   EXPECT_THAT(read_text(out_ / "hills_cost.svg"), HasSubstr("memory [MiB]"));
 }
 
+TEST_F(RunStudy, SolvesAVariantAgainFromTheRecordingsThatAreKept) {
+  Study study = short_study();
+  study.keep_recordings = true;
+  const double ate_m = run_study(study, out_, {}).back().ate_m;
+  const fs::path folder = study_folder(out_, study.drives.front(), study.seeds.front());
+  fs::remove_all(folder / study.variants.back().name);
+  bool tracked = false;
+  const std::vector<StudyScore> again =
+      run_study(study, out_, {.report = [&](std::size_t, std::size_t) { tracked = true; }});
+  EXPECT_FALSE(tracked);
+  EXPECT_EQ(again.back().ate_m, ate_m);
+}
+
+TEST_F(RunStudy, RemovesRecordingsThatNobodyKeeps) {
+  const Study study = short_study();
+  run_study(study, out_, {});
+  const fs::path recording = study_folder(out_, study.drives.front(), study.seeds.front()) / "recording";
+  EXPECT_TRUE(fs::exists(recording / "summary.json"));
+  EXPECT_FALSE(fs::exists(recording / "map.db"));
+}
+
 TEST_F(RunStudy, GoesOnWhereItWasStopped) {
   const Study study = short_study();
   std::stop_source stop;

@@ -94,6 +94,41 @@ std::optional<Matrix6d> OdometryChain::covariance(std::size_t a, std::size_t b,
   return random + J * systematic_covariance * J.transpose();
 }
 
+std::optional<Matrix6d> OdometryChain::bend(std::size_t a, std::size_t m, std::size_t b,
+                                            const Matrix4d& systematic_covariance) const {
+  std::vector<Pose> T_a_k(1);
+  std::vector<Eigen::Vector3d> sums{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  // of the places before each
+  for (std::size_t k = a + 1; k <= b; ++k) {
+    if (!links_[k].measured) return std::nullopt;
+    T_a_k.push_back(T_a_k.back() * links_[k].T_measured);
+    sums.push_back(sums.back() + T_a_k.back().translation());
+  }
+  const auto all = static_cast<double>(T_a_k.size());
+  const Pose& T_a_m = T_a_k[m - a];
+  const Eigen::Vector3d from_centre = T_a_m.translation() - sums.back() / all;
+  Matrix6d covariance = Matrix6d::Zero();
+  Matrix64d by_systematic = Matrix64d::Zero();
+  for (std::size_t k = a + 1; k <= b; ++k) {  // the motion to k swings all that lies on its side away from m
+    const std::size_t i = k - a;
+    const bool ahead = k > m;
+    const double count = ahead ? all - static_cast<double>(i) : static_cast<double>(i);
+    const Eigen::Vector3d sum = ahead ? Eigen::Vector3d(sums.back() - sums[i]) : sums[i];
+    const Eigen::Vector3d lever = sum - count * T_a_k[i].translation();
+    const Eigen::Matrix3d R = T_a_k[i].rotation_matrix();
+    Matrix6d J = Matrix6d::Zero();
+    J.topLeftCorner<3, 3>() = count * R;
+    J.bottomLeftCorner<3, 3>() = -skew(lever + count * from_centre) * R;
+    J.bottomRightCorner<3, 3>() = count * R;
+    J *= (ahead ? 1.0 : -1.0) / all;
+    covariance += J * unpack(links_[k].covariance) * J.transpose();
+    by_systematic += J * corrected_jacobian(links_[k].T_measured, Vector4d::Zero());
+  }
+  covariance += by_systematic * systematic_covariance * by_systematic.transpose();
+  Matrix6d into_m = Matrix6d::Zero();
+  into_m.topLeftCorner<3, 3>() = into_m.bottomRightCorner<3, 3>() = T_a_m.rotation_matrix().transpose();
+  return into_m * covariance * into_m.transpose();
+}
+
 Pose OdometryChain::motion(std::size_t a, std::size_t b, const Vector4d& systematic) const {
   const Sums from = sums_at(a), to = sums_at(b);
   const Matrix64d J = to.T_odometry.inverse().adjoint() * (to.by_systematic - from.by_systematic);

@@ -41,6 +41,12 @@ class OdometryChain {
   /// distance; nothing where a link between them is missing. One systematic error of this covariance along the way.
   std::optional<Matrix6d> covariance(std::size_t a, std::size_t b, const Matrix4d& systematic_covariance) const;
 
+  /// Covariance of what odometry's errors between them do to keyframes a to b as a whole, a <= m <= b: of the right
+  /// perturbation of m that follows their mean displacement and mean turn, seen from m. Whoever finds them all
+  /// together on a map finds m by so much off. Linear in their number; nothing where a link is missing.
+  std::optional<Matrix6d> bend(std::size_t a, std::size_t m, std::size_t b,
+                               const Matrix4d& systematic_covariance) const;
+
   /// The motion itself at the same cost, to first order in the systematic errors.
   Pose motion(std::size_t a, std::size_t b, const Vector4d& systematic) const;
 

@@ -138,6 +138,8 @@ class PoseGraph {
   Matrix6d relative_covariance(std::size_t i, std::size_t j) const;
   /// Covariance of T_i_j by odometry alone, i < j; nothing where a link of the chain is missing.
   std::optional<Matrix6d> odometry_covariance(std::size_t i, std::size_t j) const;
+  /// What odometry's errors do to keyframes a to b as a whole, seen from m: OdometryChain::bend().
+  std::optional<Matrix6d> odometry_bend(std::size_t a, std::size_t m, std::size_t b) const;
   /// Chi-square distance (6 degrees of freedom) of a measurement from the graph's own prediction, both covariances
   /// included.
   double chi_square(const RelativePose& measurement) const;

@@ -68,6 +68,10 @@ std::optional<Matrix6d> PoseGraph::odometry_covariance(std::size_t i, std::size_
   return state_->chain.covariance(i, j, state_->systematic_covariance);
 }
 
+std::optional<Matrix6d> PoseGraph::odometry_bend(std::size_t a, std::size_t m, std::size_t b) const {
+  return state_->chain.bend(a, m, b, state_->systematic_covariance);
+}
+
 Matrix6d PoseGraph::relative_covariance(std::size_t i, std::size_t j) const {
   const State& s = *state_;
   const auto by_odometry = odometry_covariance(i, j);
