@@ -52,6 +52,7 @@ std::vector<Case> cases() {
       convolution("Wide", {32, 32, 3, 3}, 20, {1, 1, 1, 1}, {1, 1}),
       convolution("Strided", {24, 16, 3, 3}, 21, {1, 1, 1, 1}, {2, 2}),
       convolution("Pointwise", {65, 64, 1, 1}, 18, {0, 0, 0, 0}, {1, 1}),
+      convolution("NoMultipleOfSixteen", {24, 24, 3, 3}, 22, {1, 1, 1, 1}, {1, 1}),
       convolution("FewInputs", {12, 1, 3, 3}, 19, {1, 1, 1, 1}, {2, 2}),
       convolution("FewInputsManyOutputs", {40, 3, 2, 2}, 70, {0, 1, 1, 0}, {1, 2}),
       convolution("Grouped", {32, 16, 3, 3}, 12, {1, 1, 1, 1}, {1, 1}, 2),
