@@ -21,9 +21,7 @@ std::optional<StartSearchOptions> search_for_vague_start(const Pose& T_map_body,
                                                          double vague_m) {
   if (vague_m <= 0.0 || horizontal_sigma_m(T_map_body, covariance) <= vague_m) return std::nullopt;
   constexpr double kLength_m = 300.0;  // a small window: more ground is cheap, and seldom like that of another place
-  StartSearchOptions options{.around = covariance, .length_m = kLength_m};
-  options.fix.acceptance.peak_chi_square = FixAcceptance().peak_chi_square;  // fewer places than anywhere, all upright
-  return options;
+  return StartSearchOptions{.around = covariance, .length_m = kLength_m};
 }
 
 StartSearch::StartSearch(std::shared_ptr<const Dem> dem, const DemErrorModel& dem_error, const PatchOptions& patch,
