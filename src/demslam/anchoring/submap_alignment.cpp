@@ -77,12 +77,12 @@ std::vector<TerrainMatch> minima_around(const TerrainSearch& search, const Terra
   for (int east = -kSteps; east <= kSteps; ++east) {
     for (int north = -kSteps; north <= kSteps; ++north) {
       TerrainMatch start = best;
-      start.T_map_body = Pose(best.T_map_body.rotation(), best.T_map_body.translation() +
-                                                              kStep_m * Eigen::Vector3d(east, north, 0.0));
+      start.T_map_body =
+          Pose(best.T_map_body.rotation(), best.T_map_body.translation() + kStep_m * Eigen::Vector3d(east, north, 0.0));
       const auto minimum = search.refined(start);
       if (!minimum || distance_m(*minimum, best) > kFar_m) continue;
-      const bool known = std::ranges::any_of(
-          minima, [&](const TerrainMatch& other) { return distance_m(*minimum, other) < kSame_m; });
+      const bool known =
+          std::ranges::any_of(minima, [&](const TerrainMatch& other) { return distance_m(*minimum, other) < kSame_m; });
       if (!known) minima.push_back(*minimum);
     }
   }
@@ -100,8 +100,7 @@ void average(TerrainFix& fix, const std::vector<TerrainMatch>& minima) {
   double total = 0.0;
   for (const TerrainMatch& minimum : minima) {
     const Matrix6d covariance = covariance_of(minimum);
-    const double weight =
-        std::exp(-0.5 * (minimum.chi_square - fix.chi_square)) * std::sqrt(covariance.determinant());
+    const double weight = std::exp(-0.5 * (minimum.chi_square - fix.chi_square)) * std::sqrt(covariance.determinant());
     parts.push_back({weight, (fix.T_map_body.inverse() * minimum.T_map_body).log(), covariance});
     total += weight;
   }

@@ -92,7 +92,7 @@ class World {
       variance << Eigen::Vector3d::Constant(std::pow(experiment_.heading_error_deg * kRadPerDeg, 2)),
           Eigen::Vector3d::Constant(sigma_m * sigma_m);
       TerrainFix fix = align_submap(*submap, displaced(truth, error_m), variance.asDiagonal(), dem_,
-                                          experiment_.dem_error, {}, experiment_.submap);
+                                    experiment_.dem_error, {}, experiment_.submap);
       fix.covariance += bend;
       trials_.push_back(trial_of(fmt::format("{:g} m", error_m), fix, truth));
     }
@@ -114,7 +114,8 @@ class World {
     const Pose T_map_reckoned = traverse_.T_map_body[middle] * odometry_.T_map_body(middle).inverse();
     std::vector<PosedLandmarks> views;
     for (std::size_t k = begin; k <= begin + length; ++k) {
-      views.push_back({T_map_reckoned * odometry_.T_map_body(k) * traverse_.T_body_left, &traverse_.landmarks[k].points});
+      views.push_back(
+          {T_map_reckoned * odometry_.T_map_body(k) * traverse_.T_body_left, &traverse_.landmarks[k].points});
     }
     return build_patch(views, middle, traverse_.T_map_body[middle], *dem_, {});
   }
