@@ -131,9 +131,9 @@ TerrainFix judged_once(const TerrainSearch& search, std::vector<TerrainMatch> pl
   fix.chi_square = best.chi_square;
   fix.second_chi_square = second_best(best, places, acceptance.peak_distance_m);
   fix.status = verdict(fix, at_edge, acceptance);
-  if (fix.accepted()) average(fix, minima_around(search, best));
-  if (fix.accepted() && horizontal_sigma_m(fix.T_map_body, fix.covariance) > acceptance.max_sigma_m)
-    fix.status = FixStatus::too_vague;
+  if (!fix.accepted()) return fix;
+  average(fix, minima_around(search, best));
+  if (horizontal_sigma_m(fix.T_map_body, fix.covariance) > acceptance.max_sigma_m) fix.status = FixStatus::too_vague;
   return fix;
 }
 

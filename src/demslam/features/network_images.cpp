@@ -6,6 +6,7 @@
 #include <dnnl.hpp>
 
 #include "demslam/base/error.h"
+#include "demslam/base/random.h"
 #include "demslam/features/internal/dnnl_support.h"
 #include "demslam/features/network_kernels.h"
 
@@ -49,40 +50,13 @@ Array run_simple(Engine& engine, const typename Primitive::primitive_desc& descr
   return out;
 }
 
-std::vector<float> as_floats(const Array& array) {
-  std::vector<float> values(static_cast<std::size_t>(array.count()));
-  if (array.type == Type::bf16) {
-    bf16_to_floats(array.data<std::uint16_t>(), values.size(), values.data());
-  } else {
-    std::copy_n(array.data<float>(), values.size(), values.data());
-  }
-  return values;
-}
-
-/// Fills the array with numbers that bfloat16 has exactly, and gives them back.
-std::vector<float> random_image(const Array& array) {
-  std::vector<float> values(static_cast<std::size_t>(array.count()));
-  std::uint32_t state = 1;
-  for (float& value : values) {
-    state = 1664525U * state + 1013904223U;
-    value = static_cast<float>(static_cast<int>(state >> 24) - 128) / 128.0F;
-  }
-  if (array.type == Type::bf16) {
-    floats_to_bf16(values.data(), values.size(), array.data<std::uint16_t>());
-  } else {
-    std::ranges::copy(values, array.data<float>());
-  }
-  return values;
-}
-
-/// Weights rounded to the type that they are multiplied in.
-std::vector<float> as_multiplied(const Array& weights, Type factors) {
-  std::vector<float> values = as_floats(weights);
-  if (factors != Type::bf16) return values;
-  std::vector<std::uint16_t> rounded(values.size());
-  floats_to_bf16(values.data(), values.size(), rounded.data());
-  bf16_to_floats(rounded.data(), rounded.size(), values.data());
-  return values;
+/// Channels side by side, of numbers that bfloat16 has exactly.
+Array random_image(Pool& pool, const Dims& shape) {
+  Array image = make_array(pool, Type::f32, shape, channels_last(shape));
+  Random random(1);
+  std::generate_n(image.data<float>(), image.count(),
+                  [&] { return static_cast<float>(std::floor(random.uniform(-128.0, 128.0)) / 128.0); });
+  return image;
 }
 
 }  // namespace
@@ -156,18 +130,19 @@ void Convolution::execute(const Primitive& p, const std::byte* from, const std::
 /// AVX-512 that give wrong numbers where the channels are no multiple of 16.
 bool Convolution::is_right(Engine& engine, const Primitive& primitive, const Band& band, Type factors,
                            Type result) const {
-  const Array in = make_array(engine.pool(), factors, band.in, channels_last(band.in));
-  const Array out = make_array(engine.pool(), result, band.out, channels_last(band.out));
-  const std::vector<float> image = random_image(in), weights = as_multiplied(weights_, factors);
+  Pool& pool = engine.pool();
+  const Array image = random_image(pool, band.in), in = as_channels_last(pool, image, factors);
+  const Array weights = as_row_major(pool, as_row_major(pool, weights_, factors), Type::f32);
+  const Array out = make_array(pool, result, band.out, channels_last(band.out));
   execute(primitive, in.start, out.start);
-  const std::vector<float> made = as_floats(out);
+  const Array made = as_channels_last(pool, out, Type::f32);
   const std::int64_t rows = band.out[2], columns = band.out[3], channels = band.out[1];
   for (const std::int64_t row : {std::int64_t{0}, rows / 2, rows - 1}) {
     for (const std::int64_t column : {std::int64_t{0}, columns / 3, columns / 2, columns - 1}) {
       for (std::int64_t channel = 0; channel < channels; ++channel) {
-        const Plain plain = plainly(image, weights, band, row, column, channel);
+        const Plain plain = plainly(image.data<float>(), weights.data<float>(), band, row, column, channel);
         const double rounding = result == Type::bf16 ? 8e-3 * std::abs(plain.value) : 0.0;
-        const double deviation = made[(row * columns + column) * channels + channel] - plain.value;
+        const double deviation = made.data<float>()[(row * columns + column) * channels + channel] - plain.value;
         if (!(std::abs(deviation) < rounding + 1e-4 * plain.size + 1e-6)) return false;
       }
     }
@@ -175,9 +150,8 @@ bool Convolution::is_right(Engine& engine, const Primitive& primitive, const Ban
   return true;
 }
 
-Convolution::Plain Convolution::plainly(const std::vector<float>& image, const std::vector<float>& weights,
-                                        const Band& band, std::int64_t row, std::int64_t column,
-                                        std::int64_t channel) const {
+Convolution::Plain Convolution::plainly(const float* image, const float* weights, const Band& band, std::int64_t row,
+                                        std::int64_t column, std::int64_t channel) const {
   const Dims& w = weights_.shape;
   const std::int64_t first_channel = channel / (w[0] / groups_) * w[1];
   Plain sum;

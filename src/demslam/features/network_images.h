@@ -35,12 +35,13 @@ class Convolution {
   /// The fastest implementation that gives right numbers. Throws Error when none does.
   Primitive make(Engine& engine, const Band& band, Type factors, Type result) const;
   void execute(const Primitive& primitive, const std::byte* from, const std::byte* to) const;
-  /// A value of the result by plain arithmetic, and the sum of its terms' sizes.
+  /// A value of the result by plain arithmetic from dense floats (image: channels side by side), and the sum of its
+  /// terms' sizes.
   struct Plain {
     double value = 0.0, size = 0.0;
   };
-  Plain plainly(const std::vector<float>& image, const std::vector<float>& weights, const Band& band, std::int64_t row,
-                std::int64_t column, std::int64_t channel) const;
+  Plain plainly(const float* image, const float* weights, const Band& band, std::int64_t row, std::int64_t column,
+                std::int64_t channel) const;
   bool is_right(Engine& engine, const Primitive& primitive, const Band& band, Type factors, Type result) const;
 
   Window window_;
