@@ -38,7 +38,7 @@ class StudyCase {
   bool run(const Progress& progress) {
     for (const StudyVariant& variant : study_.variants) {
       if (is_finished(folder_ / variant.name)) continue;
-      if (!is_finished(recording()) && !record(progress)) return false;
+      if (!is_recorded() && !record(progress)) return false;
       solve(variant);
     }
     if (!study_.keep_recordings) fs::remove(recording() / "map.db");  // the features of every keyframe: large
@@ -55,8 +55,11 @@ class StudyCase {
   fs::path data() const { return folder_ / "data"; }
   fs::path recording() const { return folder_ / "recording"; }
 
-  /// The odometry, once.
+  bool is_recorded() const { return is_finished(recording()) && fs::exists(recording() / "map.db"); }
+
+  /// The odometry, once; again when its features have not been kept.
   bool record(const Progress& progress) const {
+    if (is_finished(recording())) fs::remove_all(recording());
     SceneOptions scene = drive_.scene;
     scene.seed = seed_;
     scene.output.images = false;

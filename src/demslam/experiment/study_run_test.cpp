@@ -76,12 +76,14 @@ TEST_F(RunStudy, SolvesAVariantAgainFromTheRecordingsThatAreKept) {
   EXPECT_EQ(again.back().ate_m, ate_m);
 }
 
-TEST_F(RunStudy, RemovesRecordingsThatNobodyKeeps) {
+TEST_F(RunStudy, RemovesRecordingsThatNobodyKeepsAndTracksAgainWhenOneIsNeeded) {
   const Study study = short_study();
-  run_study(study, out_, {});
-  const fs::path recording = study_folder(out_, study.drives.front(), study.seeds.front()) / "recording";
-  EXPECT_TRUE(fs::exists(recording / "summary.json"));
-  EXPECT_FALSE(fs::exists(recording / "map.db"));
+  const double ate_m = run_study(study, out_, {}).back().ate_m;
+  const fs::path folder = study_folder(out_, study.drives.front(), study.seeds.front());
+  EXPECT_TRUE(fs::exists(folder / "recording" / "summary.json"));
+  EXPECT_FALSE(fs::exists(folder / "recording" / "map.db"));
+  fs::remove_all(folder / study.variants.back().name);
+  EXPECT_EQ(run_study(study, out_, {}).back().ate_m, ate_m);
 }
 
 TEST_F(RunStudy, GoesOnWhereItWasStopped) {
