@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 
@@ -10,6 +11,7 @@
 #include "dem_findings.h"
 #include "demslam/config/slam_config.h"
 #include "demslam/features/frontend_names.h"
+#include "demslam/geometry/angle.h"
 #include "demslam/report/live_server.h"
 #include "demslam/sim/rendered_sequence.h"
 #include "progress_bar.h"
@@ -54,6 +56,13 @@ std::unique_ptr<StereoSequence> open_input(const std::filesystem::path& path, co
   return open_dataset(path, format, calibration);
 }
 
+/// Where the rig is not as its calibration says; to three sigmas.
+void print_vergence(const std::optional<Vergence>& found) {
+  if (!found || std::abs(found->rad) < 3.0 * found->sigma_rad()) return;
+  fmt::print("  the right camera is turned by {:+.4f} +- {:.4f} degrees about its y axis against the calibration\n",
+             found->rad / kRadPerDeg, found->sigma_rad() / kRadPerDeg);
+}
+
 void print(const RunInputs& inputs, const RunReport& report) {
   const SlamCounters& counters = report.result.counters;
   fmt::print("{}: {} of {} frames tracked, {} keyframes, {} loops closed, {}\n", inputs.output.string(),
@@ -65,6 +74,7 @@ void print(const RunInputs& inputs, const RunReport& report) {
                report.seconds, 1e3 * report.seconds / static_cast<double>(counters.frames));
   }
   print_dem_findings(report.result);
+  print_vergence(report.vergence);
   if (!counters.anchoring.start_search.empty()) fmt::print("  start: {}\n", counters.anchoring.start_search);
   if (report.resumed_at > inputs.first_frame) fmt::print("  resumed at frame {}\n", report.resumed_at);
   if (report.interrupted) fmt::print("  interrupted: the folder holds what was done; the same command goes on\n");

@@ -60,6 +60,13 @@ void method_field(Io& io, O& method) {
 }
 
 template <class Io, class O>
+void self_calibration_fields(Io& io, O& o) {
+  io.field("enabled", o.enabled);
+  io.field("vergence_sigma_deg", o.vergence_sigma_deg);
+  io.field("vergence_walk_deg_per_sqrt_km", o.vergence_walk_deg_per_sqrt_km);
+}
+
+template <class Io, class O>
 void odometry_fields(Io& io, O& o) {
   method_field(io, o.method);
   io.field("window_keyframes", o.window_keyframes);
@@ -70,6 +77,7 @@ void odometry_fields(Io& io, O& o) {
   io.field("max_speed_m_per_s", o.max_speed_m_per_s);
   io.field("max_rotation_rate_deg_per_s", o.max_rotation_rate_deg_per_s);
   io.section("lost", [&](Io& section) { lost_fields(section, o.lost); });
+  io.section("self_calibration", [&](Io& section) { self_calibration_fields(section, o.self_calibration); });
 }
 
 template <class Io, class O>
@@ -211,6 +219,10 @@ void check(const SlamOptions& o, const TomlReader& reader) {
   require(o.odometry.motion.min_inliers >= 6, "odometry", "odometry.min_inliers must be at least 6");
   require(o.odometry.motion.pixel_sigma_px > 0.0 && o.odometry.motion.disparity_sigma_px > 0.0, "odometry",
           "odometry.pixel_sigma_px and disparity_sigma_px must be positive");
+  require(o.odometry.self_calibration.vergence_sigma_deg > 0.0 &&
+              o.odometry.self_calibration.vergence_walk_deg_per_sqrt_km >= 0.0,
+          "odometry.self_calibration",
+          "odometry.self_calibration.vergence_sigma_deg must be positive (enabled = false switches it off)");
   require(o.odometry.motion.max_depth_m > o.odometry.motion.min_depth_m && o.odometry.motion.min_depth_m > 0.0,
           "odometry", "odometry.min_depth_m must be positive and below max_depth_m");
 }

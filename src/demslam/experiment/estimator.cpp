@@ -109,10 +109,10 @@ Estimator full_gradient() {
   return estimator;
 }
 
-Estimator full_gradient_states() { return {.name = "gated full gradient + states", .systematic = {.enabled = true}}; }
+Estimator full_gradient_states() { return {.name = "gated full gradient + states", .systematic = OdometryErrors().as_states()}; }
 
 Estimator terrain_patches() {
-  Estimator estimator{.name = "patches + states", .systematic = {.enabled = true}};
+  Estimator estimator{.name = "patches + states", .systematic = OdometryErrors().as_states()};
   estimator.anchoring.height = estimator.anchoring.normal = false;
   estimator.anchoring.patches = true;
   estimator.anchoring.gate = false;
@@ -147,7 +147,7 @@ Estimator shipped() {
   Estimator estimator{.name = "default"};
   const SlamOptions options;
   estimator.anchoring = options.anchoring;
-  estimator.systematic = options.graph.systematic;
+  estimator.systematic = OdometryErrors().as_states();
   return estimator;
 }
 

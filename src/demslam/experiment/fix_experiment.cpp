@@ -57,7 +57,7 @@ class World {
         traverse_(make_traverse(options)),
         dem_(std::make_shared<Dem>(experiment.foreign ? another_world(options).dem : traverse_.dem)),
         random_(options.seed, kTrialStream),
-        odometry_({.systematic = {.enabled = true}}) {
+        odometry_({.systematic = OdometryErrors().as_states()}) {
     odometry_.add_keyframe(traverse_.T_map_body.front());
     odometry_.add_prior(0, traverse_.T_map_body.front(), traverse_.start_covariance);
     for (const RelativePose& motion : traverse_.odometry) {

@@ -171,7 +171,7 @@ class LoopsDrive {
         step_m_(e.step_m),
         liar_(e, truth_, seed),
         fix_random_(seed, kFixStream),
-        graph_({.systematic = {.enabled = true}}),
+        graph_({.systematic = OdometryErrors().as_states()}),
         loops_({}, Pose(), [this](std::size_t i, std::size_t j, const Pose&) { return view(i, j); }) {}
 
   Outcome drive();

@@ -18,7 +18,7 @@ SlamOptions as(const Estimator& estimator) {
   SlamOptions options;
   options.use_dem = estimator.anchored;
   options.anchoring = estimator.anchoring;
-  options.graph.systematic = estimator.systematic;
+  options.graph.systematic.enabled = estimator.systematic.enabled;
   return options;
 }
 

@@ -102,13 +102,20 @@ class ScaleMap {
   MapStore store_;
 };
 
+/// The defaults, told of the odometry that is made here.
+PoseGraphOptions graph_options() {
+  PoseGraphOptions options = SlamOptions().graph;
+  options.systematic = OdometryErrors().as_states();
+  return options;
+}
+
 /// One run under way.
 class ScaleRun {
  public:
   ScaleRun(const ScaleExperiment& experiment, const DriveOptions& options)
       : experiment_(experiment),
         drive_(options),
-        graph_(SlamOptions().graph),
+        graph_(graph_options()),
         anchor_(drive_.dem(), SlamOptions().anchoring, Eigen::Vector3d::Zero(), drive_.T_body_left()),
         loops_({}, drive_.T_body_left(),
                [this](std::size_t i, std::size_t j, const Pose&) { return drive_.view(i, j); }) {

@@ -19,6 +19,8 @@ struct OdometryErrors {
   double rotation_bias_deg_per_m = 0.0007;  ///< standard deviation per body axis, drawn once per traverse
 
   OdometryErrors times(double factor) const;
+  /// What a graph is told of a rig like that.
+  SystematicOptions as_states() const { return {.enabled = true, .scale_sigma = scale_sigma}; }
 };
 
 /// The orbital map: cell means of the true ground plus correlated noise, of several lengths with equal variances.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <string>
 
@@ -37,17 +38,30 @@ struct RectifiedRig {
   double baseline_m = 0.0;
   Pose T_body_left;  ///< the rectified left camera in the body
   Eigen::Vector3d p_body_ground = Eigen::Vector3d::Zero();
+  /// Turn of the right camera about its y axis since the calibration: it adds to every disparity (vergence_px).
+  double vergence_rad = 0.0;
 
   /// Pixel (u, v) of the left image of a point in the left camera's frame; z must be positive.
   Eigen::Vector2d project(const Eigen::Vector3d& p_left) const {
     return {focal_px * p_left.x() / p_left.z() + cx, focal_px * p_left.y() / p_left.z() + cy};
   }
-  /// d = u_left - u_right = f B / Z.
+  /// f B / Z: of d = u_left - u_right what the distance makes, which is all of it without vergence.
   double disparity_px(double depth_m) const { return focal_px * baseline_m / depth_m; }
   double depth_m(double disparity_px) const { return focal_px * baseline_m / disparity_px; }
-  /// Point in the left camera's frame of pixel (u, v) with a disparity > 0.
+  /// What the vergence adds to the disparity in a column of the image: f vergence (1 + x^2), x = (u - cx) / f.
+  double vergence_px(double u) const { return vergence_rad * vergence_gain(u); }
+  double vergence_gain(double u) const {
+    const double x = (u - cx) / focal_px;
+    return focal_px * (1.0 + x * x);
+  }
+  /// A disparity without that, kept positive.
+  double parallax_px(double u, double disparity_px) const {
+    constexpr double kLeastPx = 1e-3;
+    return std::max(kLeastPx, disparity_px - vergence_px(u));
+  }
+  /// Point in the left camera's frame of pixel (u, v) with a measured disparity > 0.
   Eigen::Vector3d unproject(const Eigen::Vector2d& pixel, double disparity_px) const {
-    const double z = depth_m(disparity_px);
+    const double z = depth_m(parallax_px(pixel.x(), disparity_px));
     return {(pixel.x() - cx) * z / focal_px, (pixel.y() - cy) * z / focal_px, z};
   }
 };

@@ -19,10 +19,12 @@ constexpr double kConvergedCost = 1e-6;  // relative
 double robust_cost(double chi_square) { return kCauchyScale2 * std::log1p(chi_square / kCauchyScale2); }
 double robust_weight(double chi_square) { return 1.0 / (1.0 + chi_square / kCauchyScale2); }
 
-/// One landmark's rows of the normal equations: its own 1 x 1 block and its coupling with the views it touches.
+/// One landmark's rows of the normal equations: its own 1 x 1 block and its coupling with the views it touches and with
+/// the vergence.
 struct LandmarkBlock {
   double H = 0.0, b = 0.0;
   std::vector<std::pair<int, Vector6d>> coupling;  // by view
+  double vergence_coupling = 0.0;
 
   void couple(int view, const Vector6d& value) {
     for (auto& [known, sum] : coupling) {
@@ -35,7 +37,7 @@ struct LandmarkBlock {
   }
 };
 
-/// Normal equations H * x = b; the views' part is dense.
+/// Normal equations H * x = b; the part of the views and, behind them, of the vergence is dense.
 struct NormalEquations {
   Eigen::MatrixXd H;
   Eigen::VectorXd b;
@@ -52,21 +54,30 @@ struct Statistics {
 
 class Solver {
  public:
-  Solver(const RectifiedRig& rig, const StereoNoise& noise, const Bundle& bundle)
-      : rig_(rig), noise_(noise), bundle_(bundle) {}
+  Solver(const RectifiedRig& rig, const StereoNoise& noise, const Bundle& bundle) : rig_(rig), noise_(noise) {
+    restore(bundle);
+  }
 
   NormalEquations linearise() const;
   double cost() const;
   /// Moves the bundle by the damped step; false when the equations cannot be solved.
   bool step(const NormalEquations& equations, double damping);
   Statistics statistics() const;
-  /// Inverse of the views' Hessian without view 0, the landmarks eliminated.
-  std::optional<Eigen::MatrixXd> views_covariance(const NormalEquations& equations) const;
+  /// Inverse of the Hessian of what is free, the landmarks eliminated: views 1, 2, ... and, where it is, the vergence.
+  std::optional<Eigen::MatrixXd> covariance(const NormalEquations& equations) const;
 
   const Bundle& bundle() const { return bundle_; }
-  void restore(const Bundle& bundle) { bundle_ = bundle; }
+  void restore(const Bundle& bundle) {
+    bundle_ = bundle;
+    rig_.vergence_rad = bundle_.vergence_rad;
+  }
 
  private:
+  bool vergence_is_free() const { return bundle_.vergence.variance_rad2 > 0.0; }
+  int vergence_index() const { return 6 * static_cast<int>(bundle_.T_world_left.size()); }
+  /// Behind view 0.
+  int free_size() const { return vergence_index() - 6 + (vergence_is_free() ? 1 : 0); }
+  double vergence_error() const { return bundle_.vergence.rad - bundle_.vergence_rad; }
   BundleError error_of(const BundleObservation& observation) const {
     const BundleLandmark& landmark = bundle_.landmarks[observation.landmark];
     StereoPixel host_pixel = landmark.measured;
@@ -95,7 +106,7 @@ class Solver {
   void eliminate_landmarks(const NormalEquations& equations, double damping, Eigen::MatrixXd& H,
                            Eigen::VectorXd& b) const;
 
-  const RectifiedRig& rig_;
+  RectifiedRig rig_;  // with the bundle's vergence
   StereoNoise noise_;
   Bundle bundle_;
 };
@@ -117,10 +128,21 @@ void Solver::add_observation(const BundleObservation& observation, NormalEquatio
     landmark.couple(views[i], JtW * error.by_disparity);
     for (int j = 0; j < 2; ++j) equations.H.block<6, 6>(6 * views[i], 6 * views[j]) += JtW * *jacobians[j];
   }
+  if (!vergence_is_free()) return;
+  const int last = vergence_index();
+  const Eigen::Vector3d by_vergence = information * error.by_vergence;
+  equations.H(last, last) += by_vergence.dot(error.by_vergence);
+  equations.b[last] -= by_vergence.dot(error.error);
+  landmark.vergence_coupling += by_vergence.dot(error.by_disparity);
+  for (int i = 0; i < 2; ++i) {
+    const Vector6d cross = jacobians[i]->transpose() * by_vergence;
+    equations.H.block<6, 1>(6 * views[i], last) += cross;
+    equations.H.block<1, 6>(last, 6 * views[i]) += cross.transpose();
+  }
 }
 
 NormalEquations Solver::linearise() const {
-  const int size = 6 * static_cast<int>(bundle_.T_world_left.size());
+  const int size = vergence_index() + 1;
   NormalEquations equations{.H = Eigen::MatrixXd::Zero(size, size), .b = Eigen::VectorXd::Zero(size)};
   equations.landmarks.resize(bundle_.landmarks.size());
   for (std::size_t i = 0; i < bundle_.landmarks.size(); ++i) {
@@ -130,6 +152,10 @@ NormalEquations Solver::linearise() const {
     equations.landmarks[i].b = information * (landmark.measured.z() - landmark.disparity_px);
   }
   for (const BundleObservation& observation : bundle_.observations) add_observation(observation, equations);
+  if (vergence_is_free()) {
+    equations.H(vergence_index(), vergence_index()) += 1.0 / bundle_.vergence.variance_rad2;
+    equations.b[vergence_index()] += vergence_error() / bundle_.vergence.variance_rad2;
+  }
   return equations;
 }
 
@@ -140,6 +166,7 @@ double Solver::cost() const {
     const BundleError error = error_of(observation);
     cost += robust_cost(error.in_front ? chi_square(observation, error) : 1e6);
   }
+  if (vergence_is_free()) cost += vergence_error() * vergence_error() / bundle_.vergence.variance_rad2;
   return cost;
 }
 
@@ -147,13 +174,19 @@ void Solver::eliminate_landmarks(const NormalEquations& equations, double dampin
                                  Eigen::VectorXd& b) const {
   H = equations.H;
   b = equations.b;
+  const int last = vergence_index();
   for (const LandmarkBlock& landmark : equations.landmarks) {
     const double inverse = 1.0 / (landmark.H * (1.0 + damping));
+    b[last] -= inverse * landmark.b * landmark.vergence_coupling;
+    H(last, last) -= inverse * landmark.vergence_coupling * landmark.vergence_coupling;
     for (const auto& [i, coupling_i] : landmark.coupling) {
       b.segment<6>(6 * i) -= inverse * landmark.b * coupling_i;
       for (const auto& [j, coupling_j] : landmark.coupling) {
         H.block<6, 6>(6 * i, 6 * j) -= inverse * coupling_i * coupling_j.transpose();
       }
+      const Vector6d cross = inverse * landmark.vergence_coupling * coupling_i;
+      H.block<6, 1>(6 * i, last) -= cross;
+      H.block<1, 6>(last, 6 * i) -= cross.transpose();
     }
   }
 }
@@ -163,20 +196,22 @@ bool Solver::step(const NormalEquations& equations, double damping) {
   Eigen::VectorXd b;
   eliminate_landmarks(equations, damping, H, b);
   H.diagonal() += damping * equations.H.diagonal();
-  const int free = static_cast<int>(b.size()) - 6;
+  const int free = free_size();
   Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size());
-  x.tail(free) = H.bottomRightCorner(free, free).ldlt().solve(b.tail(free));
+  x.segment(6, free) = H.block(6, 6, free, free).ldlt().solve(b.segment(6, free));
   if (!x.allFinite()) return false;
   for (std::size_t i = 1; i < bundle_.T_world_left.size(); ++i) {
     bundle_.T_world_left[i] = bundle_.T_world_left[i] * Pose::exp(x.segment<6>(6 * i));
   }
   for (std::size_t i = 0; i < bundle_.landmarks.size(); ++i) {
     const LandmarkBlock& block = equations.landmarks[i];
-    double rest = block.b;
+    double rest = block.b - block.vergence_coupling * x[vergence_index()];
     for (const auto& [view, coupling] : block.coupling) rest -= coupling.dot(x.segment<6>(6 * view));
     double& disparity = bundle_.landmarks[i].disparity_px;
     disparity = std::max(kMinDisparityPx, disparity + rest / (block.H * (1.0 + damping)));
   }
+  bundle_.vergence_rad += x[vergence_index()];
+  rig_.vergence_rad = bundle_.vergence_rad;
   return true;
 }
 
@@ -197,12 +232,12 @@ Statistics Solver::statistics() const {
   return statistics;
 }
 
-std::optional<Eigen::MatrixXd> Solver::views_covariance(const NormalEquations& equations) const {
+std::optional<Eigen::MatrixXd> Solver::covariance(const NormalEquations& equations) const {
   Eigen::MatrixXd H;
   Eigen::VectorXd b;
   eliminate_landmarks(equations, 0.0, H, b);
-  const int free = static_cast<int>(b.size()) - 6;
-  const Eigen::LLT<Eigen::MatrixXd> factor(H.bottomRightCorner(free, free));
+  const int free = free_size();
+  const Eigen::LLT<Eigen::MatrixXd> factor(H.block(6, 6, free, free));
   if (factor.info() != Eigen::Success || factor.rcond() < 1e-15) return std::nullopt;
   return factor.solve(Eigen::MatrixXd::Identity(free, free));
 }
@@ -244,7 +279,9 @@ BundleError bundle_error(const RectifiedRig& rig, const Pose& T_world_host, cons
   // T_view_host Exp(xi): p_view moves by R (omega x p_host + v).
   const Eigen::Matrix3d HR = H * T_view_host.rotation_matrix();
   result.by_host << HR * skew(p_host), -HR;
-  result.by_disparity = HR * p_host / host_pixel.z();  // p_host is inversely proportional to d
+  result.by_disparity = HR * p_host / rig.parallax_px(host_pixel.x(), host_pixel.z());  // p_host is its inverse
+  result.by_vergence = -rig.vergence_gain(host_pixel.x()) * result.by_disparity;
+  result.by_vergence.z() -= rig.vergence_gain(rig.project(p_view).x());
   return result;
 }
 
@@ -252,14 +289,19 @@ BundleReport optimize_bundle(const RectifiedRig& rig, const StereoNoise& noise, 
   Solver solver(rig, noise, bundle);
   BundleReport report;
   report.iterations = minimise(solver);
-  const auto covariance = solver.views_covariance(solver.linearise());
+  const auto covariance = solver.covariance(solver.linearise());
   if (!covariance) return report;
   const Statistics statistics = solver.statistics();
   bundle = solver.bundle();
   // Each landmark takes one degree of freedom and brings one measurement, the disparity in its host.
   const double freedom = std::max(1.0, statistics.measured - static_cast<double>(covariance->rows()));
+  const double noise_scale = std::max(1.0, statistics.chi_square / freedom);
+  const Eigen::Index views = 6 * (std::ssize(bundle.T_world_left) - 1);
   report.ok = statistics.inliers > 0;
-  report.covariance = *covariance * std::max(1.0, statistics.chi_square / freedom);
+  report.covariance = noise_scale * covariance->topLeftCorner(views, views);
+  if (covariance->rows() > views) {
+    report.vergence = learned(bundle.vergence, {bundle.vergence_rad, (*covariance)(views, views)}, 1.0 / noise_scale);
+  }
   report.inlier = statistics.inlier;
   report.inliers = statistics.inliers;
   report.rms_px = std::sqrt(statistics.squared_px / std::max(1, statistics.inliers));

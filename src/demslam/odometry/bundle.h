@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "demslam/odometry/correspondence.h"
+#include "demslam/odometry/vergence.h"
 
 namespace demslam {
 
@@ -26,6 +27,8 @@ struct BundleObservation {
 /// Stereo bundle adjustment over a few views. View 0 is held fixed.
 struct Bundle {
   std::vector<Pose> T_world_left;
+  Vergence vergence;          ///< as known without these views; held fixed where that is sure
+  double vergence_rad = 0.0;  ///< the estimate
   std::vector<BundleLandmark> landmarks;
   std::vector<BundleObservation> observations;  ///< those of a landmark stand together
 };
@@ -36,18 +39,19 @@ struct BundleReport {
   std::vector<bool> inlier;    ///< per observation
   int inliers = 0, iterations = 0;
   double rms_px = 0.0;  ///< of u, v of the inliers
+  Vergence vergence;    ///< as known with these views
 };
 
 /// Levenberg-Marquardt with the landmarks eliminated (Schur complement) and Cauchy weights. `noise.a` holds the
 /// standard deviation of the host's disparity, `noise.b` those of an observation.
 BundleReport optimize_bundle(const RectifiedRig& rig, const StereoNoise& noise, Bundle& bundle);
 
-/// Residual of one observation and its Jacobians by the right perturbations of both poses and the disparity in the
-/// host.
+/// Residual of one observation and its Jacobians by the right perturbations of both poses, the disparity in the host and
+/// the vergence.
 struct BundleError {
   Eigen::Vector3d error;
   Eigen::Matrix<double, 3, 6> by_host, by_view;
-  Eigen::Vector3d by_disparity;
+  Eigen::Vector3d by_disparity, by_vergence;
   bool in_front = false;
 };
 BundleError bundle_error(const RectifiedRig& rig, const Pose& T_world_host, const Pose& T_world_view,

@@ -14,8 +14,9 @@ const StereoNoise kNoise{.a = {0.0, 0.0, 0.2}, .b = {0.2, 0.2, 0.2}};
 Vector6d error_of(const Pose& estimate, const Pose& truth) { return (truth.inverse() * estimate).log(); }
 
 /// Views half a metre apart in a bend; every view hosts landmarks, seen from all later views that have them in front.
-Bundle true_bundle(int views, int landmarks_per_view, const StereoNoise& noise, Random& random) {
-  const RectifiedRig rig = test_rig();
+Bundle true_bundle(int views, int landmarks_per_view, const StereoNoise& noise, Random& random, double vergence_rad = 0.0) {
+  RectifiedRig rig = test_rig();
+  rig.vergence_rad = vergence_rad;
   Bundle bundle;
   Pose pose;
   for (int i = 0; i < views; ++i) {
@@ -51,7 +52,8 @@ void disturb(Bundle& bundle, double amount, Random& random) {
 }
 
 TEST(BundleError, AnalyticJacobiansAreTheNumericOnes) {
-  const RectifiedRig rig = test_rig();
+  RectifiedRig rig = test_rig();
+  rig.vergence_rad = 0.003;
   const Pose T_world_host(rotation_from_rpy(0.1, 0.2, -0.1), {0.3, 0.1, 0.5});
   const Pose T_world_view = T_world_host * Pose(rotation_from_rpy(-0.05, 0.08, 0.02), {0.1, 0.2, 0.7});
   const StereoPixel host(70.0, 150.0, 6.0), seen(90.0, 140.0, 7.0);
@@ -73,6 +75,13 @@ TEST(BundleError, AnalyticJacobiansAreTheNumericOnes) {
                                         bundle_error(rig, T_world_host, T_world_view, host - step, seen).error) /
                                        (2 * h);
   EXPECT_LT((by_disparity - at.by_disparity).norm(), 1e-5 * (1.0 + by_disparity.norm()));
+  const auto turned = [&](double vergence_rad) {
+    RectifiedRig by = rig;
+    by.vergence_rad += vergence_rad;
+    return bundle_error(by, T_world_host, T_world_view, host, seen).error;
+  };
+  const Eigen::Vector3d by_vergence = (turned(h) - turned(-h)) / (2 * h);
+  EXPECT_LT((by_vergence - at.by_vergence).norm(), 1e-5 * (1.0 + by_vergence.norm()));
 }
 
 TEST(OptimizeBundle, FindsTheExactPosesWithoutNoise) {
@@ -144,6 +153,32 @@ TEST(OptimizeBundle, PointsOutWrongObservations) {
   ASSERT_TRUE(report.ok);
   for (int i = 0; i < 10; ++i) EXPECT_FALSE(report.inlier[7 * i]) << i;
   EXPECT_LT(error_of(bundle.T_world_left[3], truth[3]).norm(), 0.03);
+}
+
+TEST(OptimizeBundle, FindsTheVergence) {
+  const double truth_rad = 1e-3;
+  double nees = 0.0;
+  const int runs = 30;
+  for (int run = 0; run < runs; ++run) {
+    Random random(6, run);
+    Bundle bundle = true_bundle(5, 100, kNoise, random, truth_rad);
+    bundle.vergence = {.rad = 0.0, .variance_rad2 = 1e-6};
+    const std::vector<Pose> truth = bundle.T_world_left;
+    Bundle blind = bundle;
+    blind.vergence = {};
+    const BundleReport report = optimize_bundle(test_rig(), kNoise, bundle);
+    ASSERT_TRUE(report.ok);
+    EXPECT_LT(report.vergence.sigma_rad(), 0.3 * truth_rad);
+    EXPECT_EQ(report.covariance.rows(), 24);
+    nees += std::pow(report.vergence.rad - truth_rad, 2) / report.vergence.variance_rad2 / runs;
+    ASSERT_TRUE(optimize_bundle(test_rig(), kNoise, blind).ok);
+    EXPECT_EQ(blind.vergence_rad, 0.0);
+    const double length = truth[4].translation().norm();
+    EXPECT_GT(std::abs(blind.T_world_left[4].translation().norm() / length - 1.0), 0.015) << run;
+    EXPECT_LT(std::abs(bundle.T_world_left[4].translation().norm() / length - 1.0), 0.015) << run;
+  }
+  EXPECT_GT(nees, 0.4);
+  EXPECT_LT(nees, 1.8);
 }
 
 TEST(OptimizeBundle, RefusesViewsThatDoNotHangTogether) {

@@ -25,16 +25,16 @@ struct Prediction {
 };
 
 /// Pixel of a to pixel of b for the plane of a point: along it the disparity changes with u and v by its slope. In (u,
-/// v, d) a plane is a plane and a motion is projective, so that this is exact.
+/// v, parallax) a plane is a plane and a motion is projective, so that this is exact.
 Eigen::Matrix3d plane_homography(const RectifiedRig& rig, const PatchPoint& point, const Pose& T_b_a) {
   const Eigen::Vector2d slope = point.slope.cast<double>();
-  const double disparity_at_origin = point.pixel.z() - slope.dot(point.pixel.head<2>());
+  const double parallax_at_origin = rig.parallax_px(point.pixel.x(), point.pixel.z()) - slope.dot(point.pixel.head<2>());
   const double f = rig.focal_px, baseline = rig.baseline_m;
   Eigen::Matrix3d K, ray;  // ray: baseline times the direction of a pixel
   K << f, 0.0, rig.cx, 0.0, f, rig.cy, 0.0, 0.0, 1.0;
   ray << baseline, 0.0, -baseline * rig.cx, 0.0, baseline, -baseline * rig.cy, 0.0, 0.0, baseline * f;
-  const Eigen::RowVector3d disparity(slope.x(), slope.y(), disparity_at_origin);
-  return K * (T_b_a.rotation_matrix() * ray + T_b_a.translation() * disparity);
+  const Eigen::RowVector3d parallax(slope.x(), slope.y(), parallax_at_origin);
+  return K * (T_b_a.rotation_matrix() * ray + T_b_a.translation() * parallax);
 }
 
 std::optional<Prediction> predict(const RectifiedRig& rig, const PatchPoint& point, const Pose& T_b_a) {

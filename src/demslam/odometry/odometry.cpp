@@ -21,6 +21,7 @@ struct SearchNear {
 };
 constexpr std::array<SearchNear, 3> kSearches = {{{0.04, 0.97}, {0.12, 0.9}, {2.0, 0.9}}};
 
+constexpr float kLeastPx = 0.05F;  // a disparity, once the vergence is taken out
 constexpr int kIslandFrames = 10;  // frames tracked after a loss until the keyframe from before it is given up
 
 struct Keyframe {
@@ -97,17 +98,21 @@ std::optional<OdometryMethod> odometry_method(std::string_view word) {
 struct StereoOdometry::State {
   State(const RectifiedRig& rectified_rig, Frontend both, const OdometryOptions& all)
       : rig(rectified_rig),
+        calibrated(rig),
         frontend(std::move(both)),
         options(all),
         dead_reckoning(options.lost, rig.T_body_left),
-        window(rig, options.motion, options.window_keyframes) {}
+        vergence(calibrated_vergence(options.self_calibration)),
+        window(options.motion, options.window_keyframes) {}
 
-  RectifiedRig rig;
+  RectifiedRig rig;         // as given
+  RectifiedRig calibrated;  // with the vergence
   Frontend frontend;
   OdometryOptions options;
   FrozenCheck frozen_check;
   DeadReckoning dead_reckoning;
-  Window window;  // only kept up with OdometryMethod::window
+  Vergence vergence;  // learned by the window
+  Window window;           // only kept up with OdometryMethod::window
 
   std::size_t keyframes = 0;
   StereoView current;                         // the frame in work
@@ -143,6 +148,7 @@ struct StereoOdometry::State {
   bool wants_keyframe(const OdometryResult& result) const;
   void add_keyframe(OdometryResult& result);
   void adjust_window(OdometryResult& result);
+  std::shared_ptr<const StereoFeatures> without_vergence(std::shared_ptr<const StereoFeatures> features) const;
 
   template <class Archive>
   void archive(Archive& io);
@@ -201,10 +207,10 @@ bool StereoOdometry::State::track(OdometryResult& result) {
 bool StereoOdometry::State::track_against(const View& view, OdometryResult& result) {
   const Pose guess = predict(view, result.t_ns);
   Motion motion =
-      estimate_motion(rig, *view.view.features, *current.features, *frontend.matcher, options.motion, &guess);
+      estimate_motion(calibrated, *view.view.features, *current.features, *frontend.matcher, options.motion, &guess);
   if (!refusal(motion).empty()) motion = search_near(view, guess, motion);
   const bool by_patches = options.method != OdometryMethod::pnp;
-  if (motion.ok && by_patches) motion = refine_directly(rig, view.view, current, motion, options.motion);
+  if (motion.ok && by_patches) motion = refine_directly(calibrated, view.view, current, motion, options.motion);
   motion = with_support(std::move(motion), view.t_ns, result.t_ns);
   result.matches = motion.matches;
   result.inliers = motion.inliers;
@@ -227,8 +233,8 @@ bool StereoOdometry::State::track_against(const View& view, OdometryResult& resu
 Motion StereoOdometry::State::search_near(const View& view, const Pose& guess, const Motion& failed) const {
   for (const SearchNear& search : kSearches) {
     const auto matches =
-        match_near(rig, *view.view.features, *current.features, guess, search.radius * rig.width, search.ratio);
-    const Motion motion = estimate_motion(rig, matches, options.motion, &guess);
+        match_near(calibrated, *view.view.features, *current.features, guess, search.radius * rig.width, search.ratio);
+    const Motion motion = estimate_motion(calibrated, matches, options.motion, &guess);
     if (refusal(motion).empty()) return motion;
   }
   return failed;
@@ -263,7 +269,7 @@ void StereoOdometry::State::tie_to_keyframe(OdometryResult& result) const {
                      .covariance = result.covariance,
                      .inliers = options.motion.min_inliers};
   const Motion tied =
-      with_support(refine_directly(rig, keyframe.view, current, guess, options.motion), keyframe.t_ns, result.t_ns);
+      with_support(refine_directly(calibrated, keyframe.view, current, guess, options.motion), keyframe.t_ns, result.t_ns);
   const bool found = tied.matches > 0 && refusal(tied).empty();
   result.inliers = found ? tied.inliers : 0;
   if (!found) return;
@@ -336,20 +342,37 @@ void StereoOdometry::State::add_keyframe(OdometryResult& result) {
   if (result.status != Tracking::bridged) last = view_of(keyframe);
 }
 
-/// Lets the window refine the step from the last keyframe to this one.
+/// Lets the window refine the step from the last keyframe to this one, and the calibration.
 void StereoOdometry::State::adjust_window(OdometryResult& result) {
   if (result.status != Tracking::tracked) {
     window.restart(current);
-  } else if (const std::optional<Motion> refined = window.add(current, result.T_reference_left)) {
+    return;
+  }
+  vergence = after_path(vergence, options.self_calibration, result.T_reference_left.translation().norm());
+  if (const std::optional<Motion> refined = window.add(calibrated, current, result.T_reference_left, vergence)) {
     const Motion motion = with_support(*refined, keyframe.t_ns, result.t_ns);
     result.T_reference_left = motion.T_a_b;
     result.covariance = motion.covariance;
   }
+  calibrated.vergence_rad = vergence.rad;
+}
+
+std::shared_ptr<const StereoFeatures> StereoOdometry::State::without_vergence(
+    std::shared_ptr<const StereoFeatures> features) const {
+  if (vergence.rad == 0.0) return features;
+  auto parallel = std::make_shared<StereoFeatures>(*features);
+  for (std::size_t i = 0; i < parallel->left.size(); ++i) {
+    float& disparity_px = parallel->disparity_px[i];
+    const double added_px = calibrated.vergence_px(parallel->left.keypoints[i].x());
+    if (disparity_px > 0.0F) disparity_px = std::max(kLeastPx, disparity_px - static_cast<float>(added_px));
+  }
+  return parallel;
 }
 
 template <class Archive>
 void StereoOdometry::State::archive(Archive& io) {
-  io(keyframes, keyframe, last, last_usable_ns, twist_per_s, window);
+  io(keyframes, keyframe, last, last_usable_ns, twist_per_s, window, vergence.rad, vergence.variance_rad2);
+  calibrated.vergence_rad = vergence.rad;
   bool lost = before_loss.has_value();
   io(lost);
   if (lost && !before_loss) before_loss.emplace(Anchor{.window = window});
@@ -401,6 +424,8 @@ OdometryResult StereoOdometry::process(Observation observation) {
     state.bridge(result);
   }
   if (state.wants_keyframe(result)) state.add_keyframe(result);
+  result.features = state.without_vergence(result.features);
+  result.vergence = state.vergence;
   result.timings.motion_ms = motion.elapsed_ms();
   return result;
 }
@@ -424,10 +449,11 @@ void StereoOdometry::restore(std::string_view saved, const PairSource& pair_at) 
 }
 
 std::shared_ptr<const StereoFeatures> StereoOdometry::keyframe_features() const {
-  return state_->keyframe.view.features;
+  return state_->without_vergence(state_->keyframe.view.features);
 }
 
 Matcher& StereoOdometry::matcher() { return *state_->frontend.matcher; }
+const Vergence& StereoOdometry::vergence() const { return state_->vergence; }
 const RectifiedRig& StereoOdometry::rig() const { return state_->rig; }
 
 }  // namespace demslam

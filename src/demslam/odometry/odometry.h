@@ -15,6 +15,7 @@
 #include "demslam/image/image.h"
 #include "demslam/odometry/dead_reckoning.h"
 #include "demslam/odometry/direct_match.h"
+#include "demslam/odometry/vergence.h"
 #include "demslam/odometry/motion.h"
 
 namespace demslam {
@@ -29,6 +30,7 @@ struct OdometryOptions {
   MotionOptions motion;
   OdometryMethod method = OdometryMethod::window;
   int window_keyframes = 7;  ///< of the bundle adjustment
+  SelfCalibrationOptions self_calibration;  ///< in the window
   double keyframe_min_overlap =
       0.5;  ///< new keyframe when fewer than this part of the keyframe's points is still matched
   double keyframe_max_distance_m = 2.0;
@@ -54,7 +56,8 @@ struct OdometryResult {
   Matrix6d covariance = Matrix6d::Zero();  ///< of its right perturbation
   bool is_keyframe = false;                ///< this frame became keyframe number `keyframe`
   std::size_t keyframe = 0;
-  std::shared_ptr<const StereoFeatures> features;  ///< of this frame
+  std::shared_ptr<const StereoFeatures> features;  ///< of this frame, their disparities without the vergence
+  Vergence vergence;                               ///< as known by now
   int keypoints = 0, stereo_points = 0, matches = 0, inliers = 0;
   double rms_px = 0.0;
   OdometryTimings timings;
@@ -106,6 +109,9 @@ class StereoOdometry {
   void restore(std::string_view saved, const PairSource& pair_at);
   /// Of the last keyframe; null before the first one.
   std::shared_ptr<const StereoFeatures> keyframe_features() const;
+
+  /// As found so far; nothing is learned but by OdometryMethod::window.
+  const Vergence& vergence() const;
 
   /// For loop closure: the same matcher.
   Matcher& matcher();

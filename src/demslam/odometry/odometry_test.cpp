@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "demslam/base/error.h"
+#include "demslam/geometry/angle.h"
 #include "demslam/odometry/synthetic_scene.h"
 
 namespace demslam {
@@ -109,6 +110,41 @@ TEST(StereoOdometry, GoesFromFrameToFrameByPnp) {
     }
   }
   EXPECT_LT(drive.position_error(), 0.03);
+}
+
+/// Of a right camera that has turned about its y axis since its calibration.
+RenderedPair frame_of_a_turned_rig(int frame, double vergence_rad) {
+  const RectifiedRig rig = test_rig();
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(vergence_rad, Eigen::Vector3d::UnitY()));
+  const Pose T_world_right = truth(frame) * Pose(turn, {rig.baseline_m, 0.0, 0.0});
+  return {frame_of(frame).left, testing_scene::render(rig, T_world_right, 1000 + frame)};
+}
+
+TEST(StereoOdometry, FindsThatTheCamerasHaveTurnedAgainstEachOther) {
+  const double vergence_rad = 0.03 * kRadPerDeg;
+  OdometryOptions options;
+  options.keyframe_max_distance_m = 0.3;
+  Drive drive(options);
+  options.self_calibration.enabled = false;
+  Drive trusting(options);
+  for (int i = 0; i < 40; ++i) {
+    const RenderedPair pair = frame_of_a_turned_rig(i, vergence_rad);
+    drive.feed(i, pair);
+    trusting.feed(i, pair);
+  }
+  const OdometryResult& last = drive.results().back();
+  EXPECT_NEAR(last.vergence.rad, vergence_rad, 3.0 * last.vergence.sigma_rad());
+  EXPECT_LT(last.vergence.sigma_rad(), 0.3 * vergence_rad);
+  EXPECT_LT(drive.position_error(), 0.7 * trusting.position_error());
+  EXPECT_EQ(trusting.results().back().vergence.rad, 0.0);
+  // What the map is given is as of parallel cameras.
+  const StereoFeatures &parallel = *last.features, &raw = *trusting.results().back().features;
+  RectifiedRig turned = test_rig();
+  turned.vergence_rad = last.vergence.rad;
+  for (std::size_t i = 0; i < raw.left.size(); ++i) {
+    if (raw.disparity_px[i] < 1.0F) continue;
+    EXPECT_NEAR(raw.disparity_px[i] - parallel.disparity_px[i], turned.vergence_px(raw.left.keypoints[i].x()), 1e-4);
+  }
 }
 
 TEST(OdometryMethod, HasAWordForEach) {

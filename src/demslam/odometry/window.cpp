@@ -20,21 +20,23 @@ void Window::restart(const StereoView& view) {
   members_.push_back(make_member(view, Pose()));
 }
 
-std::optional<Motion> Window::add(const StereoView& view, const Pose& T_newest_left) {
+std::optional<Motion> Window::add(const RectifiedRig& rig, const StereoView& view, const Pose& T_newest_left,
+                                  Vergence& vergence) {
   Member newest = make_member(view, members_.back().T_world_left * T_newest_left);
-  const int sighted = sight_landmarks(newest);
+  const int sighted = sight_landmarks(rig, newest);
   if (sighted < options_.min_inliers) {
     restart(view);
     return std::nullopt;
   }
   members_.push_back(std::move(newest));
-  Bundle bundle = make_bundle();
-  const BundleReport report = optimize_bundle(rig_, aligned_noise(rig_, options_), bundle);
+  Bundle bundle = make_bundle(vergence);
+  const BundleReport report = optimize_bundle(rig, aligned_noise(rig, options_), bundle);
   if (!report.ok) {
     restart(view);
     return std::nullopt;
   }
   take_over(bundle, report);
+  vergence = learned(vergence, report.vergence, 1.0 / capacity_);
   const int last = static_cast<int>(bundle.T_world_left.size()) - 1;
   const Motion motion{.ok = true,
                       .T_a_b = bundle.T_world_left[last - 1].inverse() * bundle.T_world_left[last],
@@ -47,7 +49,7 @@ std::optional<Motion> Window::add(const StereoView& view, const Pose& T_newest_l
 }
 
 /// Looks for every landmark still in sight in a new keyframe; returns how many were found.
-int Window::sight_landmarks(const Member& newest) {
+int Window::sight_landmarks(const RectifiedRig& rig, const Member& newest) {
   int found = 0;
   for (Member& host : members_) {
     const Pose T_newest_host = newest.T_world_left.inverse() * host.T_world_left;
@@ -57,7 +59,7 @@ int Window::sight_landmarks(const Member& newest) {
         if (!host.landmarks[i].in_sight) continue;
         PatchPoint point = host.landmarks[i].point;
         point.pixel.z() = host.landmarks[i].disparity_px;
-        seen[i] = find_directly(rig_, host.view, point, newest.view, T_newest_host);
+        seen[i] = find_directly(rig, host.view, point, newest.view, T_newest_host);
       }
     });
     for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -70,8 +72,8 @@ int Window::sight_landmarks(const Member& newest) {
   return found;
 }
 
-Bundle Window::make_bundle() const {
-  Bundle bundle;
+Bundle Window::make_bundle(const Vergence& vergence) const {
+  Bundle bundle{.vergence = vergence, .vergence_rad = vergence.rad};
   const std::size_t first_id = members_.front().id;
   for (const Member& member : members_) {
     const int host = static_cast<int>(bundle.T_world_left.size());

@@ -17,15 +17,16 @@ namespace demslam {
 /// fixed.
 class Window {
  public:
-  Window(const RectifiedRig& rig, const MotionOptions& options, int keyframes)
-      : rig_(rig), options_(options), capacity_(keyframes) {}
+  Window(const MotionOptions& options, int keyframes) : options_(options), capacity_(keyframes) {}
 
   /// Forgets everything and starts from one keyframe.
   void restart(const StereoView& view);
 
   /// Adds a keyframe at its pose in the newest one and adjusts the window. Gives the refined pose and its covariance;
-  /// none, and a restart from the new keyframe, if too few landmarks are seen in it.
-  std::optional<Motion> add(const StereoView& view, const Pose& T_newest_left);
+  /// none, and a restart from the new keyframe, if too few landmarks are seen in it. The rig has the vergence
+  /// as it is known; `vergence` says how well, and is told what the window has learned.
+  std::optional<Motion> add(const RectifiedRig& rig, const StereoView& view, const Pose& T_newest_left,
+                            Vergence& vergence);
 
   /// The state but for the views' features and images: those are visited after reading.
   template <class Archive>
@@ -70,11 +71,10 @@ class Window {
   };
 
   Member make_member(const StereoView& view, const Pose& T_world_left);
-  int sight_landmarks(const Member& newest);
-  Bundle make_bundle() const;
+  int sight_landmarks(const RectifiedRig& rig, const Member& newest);
+  Bundle make_bundle(const Vergence& vergence) const;
   void take_over(const Bundle& bundle, const BundleReport& report);
 
-  RectifiedRig rig_;
   MotionOptions options_;
   int capacity_;
   std::size_t next_id_ = 0;

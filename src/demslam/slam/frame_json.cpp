@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "demslam/geometry/angle.h"
+
 namespace demslam {
 namespace {
 
@@ -51,6 +53,10 @@ std::string frame_json(const FrameRecord& record) {
   if (odometry.status == Tracking::bridged)
     json["sigma_m"] = std::sqrt(odometry.covariance.diagonal().tail<3>().mean());
   if (odometry.is_keyframe) json["keyframe"] = odometry.keyframe;
+  if (odometry.is_keyframe && odometry.vergence.variance_rad2 > 0.0) {
+    json["vergence_deg"] = odometry.vergence.rad / kRadPerDeg;
+    json["vergence_sigma_deg"] = odometry.vergence.sigma_rad() / kRadPerDeg;
+  }
   if (record.loop) json["loop"] = loop_json(*record.loop);
   if (record.keyframe && !record.keyframe->earlier_map.empty()) {
     json["earlier_map"] = loop_json(record.keyframe->earlier_map.back());

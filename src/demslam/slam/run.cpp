@@ -188,6 +188,8 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
                    .anchored = dem != nullptr};
   const auto write_results = [&] {
     report.result = slam.finish();
+    const Vergence& vergence = slam.odometry().vergence();
+    if (vergence.variance_rad2 > 0.0) report.vergence = vergence;
     recorder.finish(report.result);
     const bool found = !report.result.counters.anchoring.start_search.starts_with("no fix");
     const bool placed = dem && (found || inputs.unknown_start_radius_m == 0.0);

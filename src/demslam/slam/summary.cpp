@@ -6,6 +6,7 @@
 #include "demslam/base/error.h"
 #include "demslam/base/sha256.h"
 #include "demslam/base/version.h"
+#include "demslam/geometry/angle.h"
 
 namespace demslam {
 namespace {
@@ -57,6 +58,12 @@ Json shift_json(const std::optional<DemShift>& shift) {
   const Eigen::Vector3d sigma = shift->sigma_m();
   return {{"m", {shift->metres.x(), shift->metres.y(), shift->metres.z()}},
           {"sigma_m", {sigma.x(), sigma.y(), sigma.z()}}};
+}
+
+/// Null where it was not looked for.
+Json vergence_json(const std::optional<Vergence>& vergence) {
+  if (!vergence) return nullptr;
+  return {{"deg", vergence->rad / kRadPerDeg}, {"sigma_deg", vergence->sigma_rad() / kRadPerDeg}};
 }
 
 /// Paths taken out: a dataset may have been moved.
@@ -161,6 +168,7 @@ std::string summary_text(const RunInputs& inputs, const std::string& inputs_text
                      {"anchored", report.anchored},
                      {"counters", counters_json(report.result.counters)},
                      {"dem_shift", shift_json(report.result.dem_shift)},
+                     {"vergence", vergence_json(report.vergence)},
                      {"path_length_m", path_length_m(trajectory)},
                      {"first_to_last_m", first_to_last_m(trajectory)}};
   return json.dump(1) + "\n";
