@@ -108,10 +108,26 @@ Eigen::VectorXd kriging_weights(const Covariances& covariances) {
   return system.partialPivLu().solve(target).head(kTaps);
 }
 
+/// Of what the filter changes.
+Eigen::VectorXd lost_weights(Eigen::VectorXd weights) {
+  weights[kTaps / 2] -= 1.0;
+  return weights;
+}
+
+/// Standard deviation of what the filter changes.
+double taken_away(const Eigen::VectorXd& weights, const Covariances& covariances) {
+  const Eigen::VectorXd lost = lost_weights(weights);
+  double sum = 0.0;
+  for (int i = 0; i < kTaps; ++i) {
+    for (int j = 0; j < kTaps; ++j)
+      sum += lost[i] * lost[j] * (covariances.error(i, j) + covariances.terrain(i, j));
+  }
+  return std::sqrt(std::max(0.0, sum));
+}
+
 /// Covariance of the filtered heights' errors `shift` cells apart: noise that passes, terrain that does not.
 double remaining_covariance(const Eigen::VectorXd& weights, const Covariances& covariances, int shift) {
-  Eigen::VectorXd lost = weights;
-  lost[kTaps / 2] -= 1.0;
+  const Eigen::VectorXd lost = lost_weights(weights);
   double sum = 0.0;
   for (int i = 0; i < kTaps; ++i) {
     for (int j = 0; j < kTaps; ++j) {
@@ -167,7 +183,24 @@ std::optional<WienerFilter> WienerFilter::of(const DemRaster& dem, const DemErro
                                 OfDistance([&](double cells) { return error.covariance(cells * dem.cell_m); })};
   Eigen::VectorXd weights = kriging_weights(covariances);
   const DemErrorModel remaining = remaining_error(weights, covariances, dem.cell_m);
-  return WienerFilter(std::move(weights), remaining);
+  const double takes_away_m = taken_away(weights, covariances);
+  return WienerFilter(std::move(weights), remaining, takes_away_m);
+}
+
+std::optional<double> WienerFilter::noise_found(const DemRaster& dem) const {
+  constexpr double kCells = 1000.0, kSigmaPerMedian = 1.4826;
+  const int step = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(dem.rows) * dem.cols / kCells)));
+  std::vector<double> changes;
+  for (int row = kRadius; row < dem.rows - kRadius; row += step) {
+    for (int col = kRadius; col < dem.cols - kRadius; col += step) {
+      const double change = filtered_height(dem, weights_, row, col) - dem.at(row, col);
+      if (std::isfinite(change)) changes.push_back(std::abs(change));
+    }
+  }
+  if (changes.empty()) return std::nullopt;
+  const auto middle = changes.begin() + std::ssize(changes) / 2;
+  std::ranges::nth_element(changes, middle);
+  return kSigmaPerMedian * *middle / std::max(1e-9, takes_away_m_);
 }
 
 DemRaster WienerFilter::filtered(const DemRaster& dem, const MapWindow& window) const {

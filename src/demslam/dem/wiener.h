@@ -26,13 +26,18 @@ class WienerFilter {
   DemRaster filtered(const DemRaster& dem, const MapWindow& window) const;
   /// What error it still has.
   const DemErrorModel& remaining() const { return remaining_; }
+  /// What it takes away from a DEM, over what it should take away if there is as much noise as it is made for: standard
+  /// deviations, that of the DEM by the median over a thousand cells, which a crest or a cliff does not move. Nothing
+  /// where there are no such cells.
+  std::optional<double> noise_found(const DemRaster& dem) const;
 
  private:
-  WienerFilter(Eigen::VectorXd weights, const DemErrorModel& remaining)
-      : weights_(std::move(weights)), remaining_(remaining) {}
+  WienerFilter(Eigen::VectorXd weights, const DemErrorModel& remaining, double takes_away_m)
+      : weights_(std::move(weights)), remaining_(remaining), takes_away_m_(takes_away_m) {}
 
   Eigen::VectorXd weights_;  ///< of the window around a cell
   DemErrorModel remaining_;
+  double takes_away_m_;  ///< from a DEM with the noise it is made for, standard deviation
 };
 
 /// A map as an estimator should see it, with its error.
