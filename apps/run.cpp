@@ -57,13 +57,16 @@ std::unique_ptr<StereoSequence> open_input(const std::filesystem::path& path, co
 }
 
 /// Where the rig is not as its calibration says; to three sigmas.
-void print_vergence(const std::optional<Vergence>& found) {
+void print_vergence(const std::optional<Vergence>& found, const OdometryOptions& options) {
+  if (!found && options.self_calibration.enabled && options.method == OdometryMethod::window) {
+    fmt::print("  the disparities do not fit the calibration, which is used as it is (demslam dataset check)\n");
+  }
   if (!found || std::abs(found->rad) < 3.0 * found->sigma_rad()) return;
-  fmt::print("  the right camera is turned by {:+.4f} +- {:.4f} degrees about its y axis against the calibration\n",
+  fmt::print("  disparities are off as if the right camera had turned by {:+.4f} +- {:.4f} degrees since the calibration\n",
              found->rad / kRadPerDeg, found->sigma_rad() / kRadPerDeg);
 }
 
-void print(const RunInputs& inputs, const RunReport& report) {
+void print(const RunInputs& inputs, const RunReport& report, const SlamOptions& options) {
   const SlamCounters& counters = report.result.counters;
   fmt::print("{}: {} of {} frames tracked, {} keyframes, {} loops closed, {}\n", inputs.output.string(),
              counters.tracked, report.frames_asked, counters.keyframes, counters.loops.accepted,
@@ -74,7 +77,7 @@ void print(const RunInputs& inputs, const RunReport& report) {
                report.seconds, 1e3 * report.seconds / static_cast<double>(counters.frames));
   }
   print_dem_findings(report.result);
-  print_vergence(report.vergence);
+  print_vergence(report.vergence, options.odometry);
   if (!counters.anchoring.start_search.empty()) fmt::print("  start: {}\n", counters.anchoring.start_search);
   if (report.resumed_at > inputs.first_frame) fmt::print("  resumed at frame {}\n", report.resumed_at);
   if (report.interrupted) fmt::print("  interrupted: the folder holds what was done; the same command goes on\n");
@@ -96,7 +99,7 @@ void run(Arguments arguments) {
   ProgressBar bar("run", "frames");
   const RunReport report = run_slam(arguments.inputs, options, bar.progress());
   if (live) live->finish();
-  print(arguments.inputs, report);
+  print(arguments.inputs, report, options);
 }
 
 }  // namespace

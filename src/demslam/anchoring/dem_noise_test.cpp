@@ -74,6 +74,44 @@ TEST(DemNoise, BelievesWhatWasStatedWhereItFits) {
   }
 }
 
+/// Of a DEM that was filtered too little: the level that fits is one of more noise, but not so much error.
+TEST(DemNoise, ErrsLessTheLessThePatchesLeave) {
+  DemNoise noise(std::make_shared<Dem>(noisy(2.0)), {0.5, 10.0}, true);
+  for (int i = 0; i < kPatches; ++i) noise.add(seen_from(middle_of(i)), middle_of(i));
+  ASSERT_GT(noise.scale(), 1.5);
+  const DemErrorModel of_level = WienerFilter::of(noisy(2.0).raster(), {0.5 * noise.scale(), 10.0})->remaining();
+  const DemErrorModel stated = WienerFilter::of(noisy(2.0).raster(), {0.5, 10.0})->remaining();
+  EXPECT_LE(noise.error().sigma_m, of_level.sigma_m);
+  EXPECT_GE(noise.error().sigma_m, stated.sigma_m);
+  EXPECT_EQ(noise.error().correlation_length_m, of_level.correlation_length_m);
+}
+
+/// On a crest a filter that is too wide leaves little in shape and lies a metre too low.
+TEST(DemNoise, DoesNotTakeACrestForNoise) {
+  const auto crest_m = [](double y) { return -1.2 * std::abs(y + 20.0); };
+  const auto crested = [&](const DemRaster& dem) {
+    DemRaster result = dem;
+    for (int row = 0; row < dem.rows; ++row) {
+      for (int col = 0; col < dem.cols; ++col) {
+        result.at(row, col) += static_cast<float>(crest_m(dem.north_m - (row + 0.5) * dem.cell_m));
+      }
+    }
+    return result;
+  };
+  DemNoise noise(std::make_shared<Dem>(crested(noisy(0.5).raster())), {0.5, 10.0}, true);
+  for (int i = 0; i < kPatches; ++i) {
+    const Pose T_map_body = middle_of(i);
+    TerrainPatch patch = seen_from(T_map_body);
+    for (PatchCell& cell : patch.cells) {
+      Eigen::Vector3d p = T_map_body * cell.p_body;
+      p.z() += crest_m(p.y());
+      cell.p_body = T_map_body.inverse() * p;
+    }
+    noise.add(patch, T_map_body);
+  }
+  EXPECT_LT(noise.scale(), 2.01);
+}
+
 TEST(DemNoise, SaysNothingWithoutPatches) {
   const DemNoise noise(std::make_shared<Dem>(kGround), {0.5, 10.0}, true);
   EXPECT_EQ(noise.scale(), 1.0);

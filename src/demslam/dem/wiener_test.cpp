@@ -84,6 +84,22 @@ TEST(WienerFilter, FiltersAPartAsItDoesTheWhole) {
   EXPECT_EQ(filter.filtered(dem, window).heights, crop(whole, window).heights);
 }
 
+TEST(WienerFilter, KnowsWhetherItsNoiseIsThere) {
+  const DemRaster dem = noisy(hills(120, 1.0));  // 0.5 m
+  const auto found = [&](const DemRaster& in, double sigma_m) {
+    return WienerFilter::of(in, {sigma_m, 5.0}).value().noise_found(in).value();
+  };
+  EXPECT_NEAR(found(dem, 0.5), 1.0, 0.3);
+  EXPECT_GT(found(dem, 0.25), 1.2);
+  EXPECT_LT(found(dem, 2.0), 0.5);
+  // A crest is no noise.
+  DemRaster crested = dem;
+  for (int row = 0; row < 120; ++row) {
+    for (int col = 0; col < 120; ++col) crested.at(row, col) -= 2.0F * static_cast<float>(std::abs(col - 60));
+  }
+  EXPECT_LT(found(crested, 2.0), 0.6);
+}
+
 TEST(WienerFilter, DemsThatCannotBeFilteredAreBelievedAsTheyAre) {
   const auto small = std::make_shared<const Dem>(flat(10));
   EXPECT_EQ(most_probable(small, kError).dem, small);

@@ -38,7 +38,8 @@ struct RectifiedRig {
   double baseline_m = 0.0;
   Pose T_body_left;  ///< the rectified left camera in the body
   Eigen::Vector3d p_body_ground = Eigen::Vector3d::Zero();
-  /// Turn of the right camera about its y axis since the calibration: it adds to every disparity (vergence_px).
+  /// Turn of the right camera about its y axis since the calibration: it adds f vergence to every disparity. (And f
+  /// vergence x^2, which is left out: a shifted principal point, of which it is made up as often, has no such part.)
   double vergence_rad = 0.0;
 
   /// Pixel (u, v) of the left image of a point in the left camera's frame; z must be positive.
@@ -48,20 +49,16 @@ struct RectifiedRig {
   /// f B / Z: of d = u_left - u_right what the distance makes, which is all of it without vergence.
   double disparity_px(double depth_m) const { return focal_px * baseline_m / depth_m; }
   double depth_m(double disparity_px) const { return focal_px * baseline_m / disparity_px; }
-  /// What the vergence adds to the disparity in a column of the image: f vergence (1 + x^2), x = (u - cx) / f.
-  double vergence_px(double u) const { return vergence_rad * vergence_gain(u); }
-  double vergence_gain(double u) const {
-    const double x = (u - cx) / focal_px;
-    return focal_px * (1.0 + x * x);
-  }
-  /// A disparity without that, kept positive.
-  double parallax_px(double u, double disparity_px) const {
+  /// What the vergence adds to it.
+  double vergence_px() const { return focal_px * vergence_rad; }
+  /// A measured disparity without that, kept positive.
+  double parallax_px(double measured_px) const {
     constexpr double kLeastPx = 1e-3;
-    return std::max(kLeastPx, disparity_px - vergence_px(u));
+    return std::max(kLeastPx, measured_px - vergence_px());
   }
   /// Point in the left camera's frame of pixel (u, v) with a measured disparity > 0.
   Eigen::Vector3d unproject(const Eigen::Vector2d& pixel, double disparity_px) const {
-    const double z = depth_m(parallax_px(pixel.x(), disparity_px));
+    const double z = depth_m(parallax_px(disparity_px));
     return {(pixel.x() - cx) * z / focal_px, (pixel.y() - cy) * z / focal_px, z};
   }
 };

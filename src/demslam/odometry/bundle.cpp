@@ -279,9 +279,8 @@ BundleError bundle_error(const RectifiedRig& rig, const Pose& T_world_host, cons
   // T_view_host Exp(xi): p_view moves by R (omega x p_host + v).
   const Eigen::Matrix3d HR = H * T_view_host.rotation_matrix();
   result.by_host << HR * skew(p_host), -HR;
-  result.by_disparity = HR * p_host / rig.parallax_px(host_pixel.x(), host_pixel.z());  // p_host is its inverse
-  result.by_vergence = -rig.vergence_gain(host_pixel.x()) * result.by_disparity;
-  result.by_vergence.z() -= rig.vergence_gain(rig.project(p_view).x());
+  result.by_disparity = HR * p_host / rig.parallax_px(host_pixel.z());  // p_host is its inverse
+  result.by_vergence = -rig.focal_px * (result.by_disparity + Eigen::Vector3d::UnitZ());
   return result;
 }
 

@@ -28,7 +28,7 @@ struct Prediction {
 /// v, parallax) a plane is a plane and a motion is projective, so that this is exact.
 Eigen::Matrix3d plane_homography(const RectifiedRig& rig, const PatchPoint& point, const Pose& T_b_a) {
   const Eigen::Vector2d slope = point.slope.cast<double>();
-  const double parallax_at_origin = rig.parallax_px(point.pixel.x(), point.pixel.z()) - slope.dot(point.pixel.head<2>());
+  const double parallax_at_origin = rig.parallax_px(point.pixel.z()) - slope.dot(point.pixel.head<2>());
   const double f = rig.focal_px, baseline = rig.baseline_m;
   Eigen::Matrix3d K, ray;  // ray: baseline times the direction of a pixel
   K << f, 0.0, rig.cx, 0.0, f, rig.cy, 0.0, 0.0, 1.0;

@@ -354,6 +354,7 @@ void StereoOdometry::State::adjust_window(OdometryResult& result) {
     result.T_reference_left = motion.T_a_b;
     result.covariance = motion.covariance;
   }
+  if (!plausible(vergence, options.self_calibration)) vergence = {};  // from here on the calibration is believed
   calibrated.vergence_rad = vergence.rad;
 }
 
@@ -361,10 +362,9 @@ std::shared_ptr<const StereoFeatures> StereoOdometry::State::without_vergence(
     std::shared_ptr<const StereoFeatures> features) const {
   if (vergence.rad == 0.0) return features;
   auto parallel = std::make_shared<StereoFeatures>(*features);
-  for (std::size_t i = 0; i < parallel->left.size(); ++i) {
-    float& disparity_px = parallel->disparity_px[i];
-    const double added_px = calibrated.vergence_px(parallel->left.keypoints[i].x());
-    if (disparity_px > 0.0F) disparity_px = std::max(kLeastPx, disparity_px - static_cast<float>(added_px));
+  const auto added_px = static_cast<float>(calibrated.vergence_px());
+  for (float& disparity_px : parallel->disparity_px) {
+    if (disparity_px > 0.0F) disparity_px = std::max(kLeastPx, disparity_px - added_px);
   }
   return parallel;
 }

@@ -20,12 +20,7 @@ inline Eigen::Vector3d unproject(const RectifiedRig& rig, const StereoPixel& pix
 /// (u, v, d) of a point in the left camera's frame; z must be positive.
 inline StereoPixel project(const RectifiedRig& rig, const Eigen::Vector3d& p_left) {
   const Eigen::Vector2d pixel = rig.project(p_left);
-  return {pixel.x(), pixel.y(), rig.disparity_px(p_left.z()) + rig.vergence_px(pixel.x())};
-}
-
-/// d(vergence_px) / du.
-inline double vergence_slope(const RectifiedRig& rig, double u) {
-  return 2.0 * rig.vergence_rad * (u - rig.cx) / rig.focal_px;
+  return {pixel.x(), pixel.y(), rig.disparity_px(p_left.z()) + rig.vergence_px()};
 }
 
 /// d(u, v, d) / dp of `project`.
@@ -33,7 +28,6 @@ inline Eigen::Matrix3d projection_jacobian(const RectifiedRig& rig, const Eigen:
   const double a = rig.focal_px / p_left.z(), b = a / p_left.z();
   Eigen::Matrix3d J;
   J << a, 0.0, -b * p_left.x(), 0.0, a, -b * p_left.y(), 0.0, 0.0, -b * rig.baseline_m;
-  J.row(2) += vergence_slope(rig, rig.cx + a * p_left.x()) * J.row(0);
   return J;
 }
 
@@ -41,10 +35,9 @@ inline Eigen::Matrix3d projection_jacobian(const RectifiedRig& rig, const Eigen:
 inline Eigen::Matrix3d unprojection_jacobian(const RectifiedRig& rig, const StereoPixel& pixel) {
   const Eigen::Vector3d p_left = unproject(rig, pixel);
   const double pixel_size = p_left.z() / rig.focal_px;  // metres at the point's depth
-  const Eigen::Vector3d by_parallax = -p_left / rig.parallax_px(pixel.x(), pixel.z());
+  const Eigen::Vector3d by_parallax = -p_left / rig.parallax_px(pixel.z());
   Eigen::Matrix3d J;
   J << pixel_size, 0.0, by_parallax.x(), 0.0, pixel_size, by_parallax.y(), 0.0, 0.0, by_parallax.z();
-  J.col(0) -= vergence_slope(rig, pixel.x()) * by_parallax;
   return J;
 }
 

@@ -14,10 +14,15 @@ Vergence calibrated_vergence(const SelfCalibrationOptions& options) {
 }
 
 Vergence after_path(Vergence known, const SelfCalibrationOptions& options, double path_m) {
-  if (!options.enabled) return known;
+  if (!(known.variance_rad2 > 0.0)) return known;
   const double walk_rad = options.vergence_walk_deg_per_sqrt_km * kRadPerDeg;
   known.variance_rad2 += walk_rad * walk_rad * path_m * 1e-3;
   return known;
+}
+
+bool plausible(const Vergence& found, const SelfCalibrationOptions& options) {
+  constexpr double kSigmas = 5.0;
+  return std::abs(found.rad) < kSigmas * options.vergence_sigma_deg * kRadPerDeg;
 }
 
 Vergence learned(const Vergence& prior, const Vergence& posterior, double share) {

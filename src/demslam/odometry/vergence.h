@@ -22,8 +22,11 @@ struct Vergence {
 
 /// Before the first image.
 Vergence calibrated_vergence(const SelfCalibrationOptions& options);
-/// After so much path.
+/// After so much path. What is sure stays so.
 Vergence after_path(Vergence known, const SelfCalibrationOptions& options, double path_m);
+/// Whether the calibration can be off by that. What is farther away is not a turn that came with cold or vibration: the
+/// calibration is another rig's, or something else is wrong that looks like it.
+bool plausible(const Vergence& found, const SelfCalibrationOptions& options);
 /// Of what lies between a prior and its posterior, a share is taken over: measurements that will be used again and
 /// again must not count more than once.
 Vergence learned(const Vergence& prior, const Vergence& posterior, double share);

@@ -18,8 +18,10 @@ TEST(Vergence, IsKnownAsWellAsTheCamerasAreAligned) {
 
 TEST(Vergence, GrowsVagueWithTheRootOfThePath) {
   const SelfCalibrationOptions options{.vergence_walk_deg_per_sqrt_km = 0.01};
-  EXPECT_NEAR(after_path({}, options, 1000.0).sigma_rad(), 0.01 * kRadPerDeg, 1e-12);
-  EXPECT_NEAR(after_path({}, options, 4000.0).sigma_rad(), 0.02 * kRadPerDeg, 1e-12);
+  const double start_rad = 0.03 * kRadPerDeg;
+  const Vergence start{.variance_rad2 = start_rad * start_rad};
+  EXPECT_NEAR(after_path(start, options, 16000.0).sigma_rad(), 0.05 * kRadPerDeg, 1e-12);
+  EXPECT_EQ(after_path({}, options, 1000.0).sigma_rad(), 0.0);
 }
 
 TEST(Vergence, CountsMeasurementsThatAreUsedSevenTimesOnce) {
@@ -33,6 +35,11 @@ TEST(Vergence, CountsMeasurementsThatAreUsedSevenTimesOnce) {
   for (int i = 0; i < 7; ++i) known = learned(known, with_measurement(known), 1.0 / 7.0);
   EXPECT_NEAR(known.rad, once.rad, 1e-9);
   EXPECT_NEAR(known.variance_rad2, once.variance_rad2, 1e-9);
+}
+
+TEST(Vergence, IsNotBelievedFarFromTheCalibration) {
+  EXPECT_TRUE(plausible({.rad = -0.09 * kRadPerDeg}, {.vergence_sigma_deg = 0.02}));
+  EXPECT_FALSE(plausible({.rad = 0.11 * kRadPerDeg}, {.vergence_sigma_deg = 0.02}));
 }
 
 TEST(Vergence, IsNotTouchedWhereItIsSure) { EXPECT_EQ(learned({0.1, 0.0}, {0.5, 0.01}, 0.5).rad, 0.1); }
