@@ -62,8 +62,9 @@ void print_vergence(const std::optional<Vergence>& found, const OdometryOptions&
     fmt::print("  the disparities do not fit the calibration, which is used as it is (demslam dataset check)\n");
   }
   if (!found || std::abs(found->rad) < 3.0 * found->sigma_rad()) return;
-  fmt::print("  disparities are off as if the right camera had turned by {:+.4f} +- {:.4f} degrees since the calibration\n",
-             found->rad / kRadPerDeg, found->sigma_rad() / kRadPerDeg);
+  fmt::print(
+      "  disparities are off as if the right camera had turned by {:+.4f} +- {:.4f} degrees since the calibration\n",
+      found->rad / kRadPerDeg, found->sigma_rad() / kRadPerDeg);
 }
 
 void print(const RunInputs& inputs, const RunReport& report, const SlamOptions& options) {

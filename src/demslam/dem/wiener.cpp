@@ -119,8 +119,7 @@ double taken_away(const Eigen::VectorXd& weights, const Covariances& covariances
   const Eigen::VectorXd lost = lost_weights(weights);
   double sum = 0.0;
   for (int i = 0; i < kTaps; ++i) {
-    for (int j = 0; j < kTaps; ++j)
-      sum += lost[i] * lost[j] * (covariances.error(i, j) + covariances.terrain(i, j));
+    for (int j = 0; j < kTaps; ++j) sum += lost[i] * lost[j] * (covariances.error(i, j) + covariances.terrain(i, j));
   }
   return std::sqrt(std::max(0.0, sum));
 }

@@ -109,7 +109,9 @@ Estimator full_gradient() {
   return estimator;
 }
 
-Estimator full_gradient_states() { return {.name = "gated full gradient + states", .systematic = OdometryErrors().as_states()}; }
+Estimator full_gradient_states() {
+  return {.name = "gated full gradient + states", .systematic = OdometryErrors().as_states()};
+}
 
 Estimator terrain_patches() {
   Estimator estimator{.name = "patches + states", .systematic = OdometryErrors().as_states()};

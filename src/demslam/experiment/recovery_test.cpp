@@ -170,12 +170,13 @@ TEST(Observability, WithoutReliefIsAsVagueAsTheOdometryAndReliefMakesItSure) {
     }
   }
   const std::vector<Eigen::Vector2d> route = {{-100.0, 0.0}, {100.0, 20.0}};
-  const auto on_plain = predict_along(route, std::make_shared<Dem>(plain), {}).back();
-  const auto on_waves = predict_along(route, std::make_shared<Dem>(waves), {}).back();
+  const ObservabilityOptions options{.systematic = OdometryErrors().as_states()};
+  const auto on_plain = predict_along(route, std::make_shared<Dem>(plain), options).back();
+  const auto on_waves = predict_along(route, std::make_shared<Dem>(waves), options).back();
   EXPECT_GT(on_plain.horizontal_m, 0.95 * on_plain.odometry_horizontal_m);
   EXPECT_LT(on_waves.horizontal_m, 0.5 * on_waves.odometry_horizontal_m);
-  EXPECT_LT(predicted_sigma(Dem(waves), {}).at(15, 15), 1.0F);
-  EXPECT_GT(predicted_sigma(Dem(plain), {}).at(15, 15), 100.0F);
+  EXPECT_LT(predicted_sigma(Dem(waves), options).at(15, 15), 1.0F);
+  EXPECT_GT(predicted_sigma(Dem(plain), options).at(15, 15), 100.0F);
 }
 
 /// The sun leaves the turn about itself free; the ground's height and slope hold that.

@@ -46,8 +46,8 @@ struct BundleReport {
 /// standard deviation of the host's disparity, `noise.b` those of an observation.
 BundleReport optimize_bundle(const RectifiedRig& rig, const StereoNoise& noise, Bundle& bundle);
 
-/// Residual of one observation and its Jacobians by the right perturbations of both poses, the disparity in the host and
-/// the vergence.
+/// Residual of one observation and its Jacobians by the right perturbations of both poses, the disparity in the host
+/// and the vergence.
 struct BundleError {
   Eigen::Vector3d error;
   Eigen::Matrix<double, 3, 6> by_host, by_view;

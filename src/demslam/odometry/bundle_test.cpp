@@ -14,7 +14,8 @@ const StereoNoise kNoise{.a = {0.0, 0.0, 0.2}, .b = {0.2, 0.2, 0.2}};
 Vector6d error_of(const Pose& estimate, const Pose& truth) { return (truth.inverse() * estimate).log(); }
 
 /// Views half a metre apart in a bend; every view hosts landmarks, seen from all later views that have them in front.
-Bundle true_bundle(int views, int landmarks_per_view, const StereoNoise& noise, Random& random, double vergence_rad = 0.0) {
+Bundle true_bundle(int views, int landmarks_per_view, const StereoNoise& noise, Random& random,
+                   double vergence_rad = 0.0) {
   RectifiedRig rig = test_rig();
   rig.vergence_rad = vergence_rad;
   Bundle bundle;

@@ -112,7 +112,7 @@ struct StereoOdometry::State {
   FrozenCheck frozen_check;
   DeadReckoning dead_reckoning;
   Vergence vergence;  // learned by the window
-  Window window;           // only kept up with OdometryMethod::window
+  Window window;      // only kept up with OdometryMethod::window
 
   std::size_t keyframes = 0;
   StereoView current;                         // the frame in work
@@ -268,8 +268,8 @@ void StereoOdometry::State::tie_to_keyframe(OdometryResult& result) const {
                      .T_a_b = result.T_reference_left,
                      .covariance = result.covariance,
                      .inliers = options.motion.min_inliers};
-  const Motion tied =
-      with_support(refine_directly(calibrated, keyframe.view, current, guess, options.motion), keyframe.t_ns, result.t_ns);
+  const Motion tied = with_support(refine_directly(calibrated, keyframe.view, current, guess, options.motion),
+                                   keyframe.t_ns, result.t_ns);
   const bool found = tied.matches > 0 && refusal(tied).empty();
   result.inliers = found ? tied.inliers : 0;
   if (!found) return;

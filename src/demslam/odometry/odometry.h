@@ -15,8 +15,8 @@
 #include "demslam/image/image.h"
 #include "demslam/odometry/dead_reckoning.h"
 #include "demslam/odometry/direct_match.h"
-#include "demslam/odometry/vergence.h"
 #include "demslam/odometry/motion.h"
+#include "demslam/odometry/vergence.h"
 
 namespace demslam {
 
@@ -29,7 +29,7 @@ enum class OdometryMethod {
 struct OdometryOptions {
   MotionOptions motion;
   OdometryMethod method = OdometryMethod::window;
-  int window_keyframes = 7;  ///< of the bundle adjustment
+  int window_keyframes = 7;                 ///< of the bundle adjustment
   SelfCalibrationOptions self_calibration;  ///< in the window
   double keyframe_min_overlap =
       0.5;  ///< new keyframe when fewer than this part of the keyframe's points is still matched

@@ -36,9 +36,9 @@ struct RunInputs {
 struct RunReport {
   SlamResult result;
   std::size_t frames_in_dataset = 0, frames_asked = 0;
-  std::size_t resumed_at = 0;  ///< first frame that was not done by an earlier part of the run
-  bool interrupted = false;    ///< stopped early on request; the folder is valid and holds what was done
-  bool anchored = false;       ///< a DEM was used
+  std::size_t resumed_at = 0;        ///< first frame that was not done by an earlier part of the run
+  bool interrupted = false;          ///< stopped early on request; the folder is valid and holds what was done
+  bool anchored = false;             ///< a DEM was used
   std::optional<Vergence> vergence;  ///< as the window has found it; none of a replay, or where it was not asked to
   double seconds = 0.0;
 };
