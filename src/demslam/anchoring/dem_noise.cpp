@@ -20,7 +20,7 @@ constexpr std::size_t kFewestCells = 10;
 constexpr double kStencilCells = 3.0;  // what interpolation reads around a point
 
 MapWindow around(const TerrainPatch& patch, const Pose& T_map_body, double margin_m) {
-  const Eigen::Vector3d middle = T_map_body.translation();
+  const Eigen::Vector3d& middle = T_map_body.translation();
   MapWindow window{middle.x(), middle.y(), middle.x(), middle.y()};
   for (const PatchCell& cell : patch.cells) {
     const Eigen::Vector3d p = T_map_body * cell.p_body;

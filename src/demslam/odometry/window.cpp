@@ -38,12 +38,12 @@ std::optional<Motion> Window::add(const RectifiedRig& rig, const StereoView& vie
   take_over(bundle, report);
   vergence = learned(vergence, report.vergence, 1.0 / capacity_);
   const int last = static_cast<int>(bundle.T_world_left.size()) - 1;
-  const Motion motion{.ok = true,
-                      .T_a_b = bundle.T_world_left[last - 1].inverse() * bundle.T_world_left[last],
-                      .covariance = relative_covariance(bundle, report, last - 1, last),
-                      .matches = static_cast<int>(report.inlier.size()),
-                      .inliers = report.inliers,
-                      .rms_px = report.rms_px};
+  Motion motion{.ok = true,
+                .T_a_b = bundle.T_world_left[last - 1].inverse() * bundle.T_world_left[last],
+                .covariance = relative_covariance(bundle, report, last - 1, last),
+                .matches = static_cast<int>(report.inlier.size()),
+                .inliers = report.inliers,
+                .rms_px = report.rms_px};
   if (static_cast<int>(members_.size()) > capacity_) members_.pop_front();
   return motion;
 }

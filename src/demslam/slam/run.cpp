@@ -215,7 +215,7 @@ RunReport run_slam(const RunInputs& inputs, const SlamOptions& options, const Pr
     report.interrupted = true;
     try {
       write_results();
-    } catch (const Error&) {  // for the same reason; the map has all up to the last keyframe
+    } catch (const Error&) {  // NOLINT(bugprone-empty-catch): for the same reason; the map has all to the last keyframe
     }
     throw;
   }

@@ -1,5 +1,7 @@
 #include "demslam/slam/summary.h"
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -91,8 +93,8 @@ std::string first_changed_option(const std::string& earlier_config, const std::s
   std::string section;
   for (std::string a, b; std::getline(now, b);) {
     if (!std::getline(earlier, a)) a.clear();
-    if (b.starts_with('[')) section = b.substr(1, b.find(']') - 1) + ".";
-    if (a != b) return section + b.substr(0, b.find(' ')) + " ('" + a + "' then, '" + b + "' now)";
+    if (b.starts_with('[')) section = fmt::format("{}.", b.substr(1, b.find(']') - 1));
+    if (a != b) return fmt::format("{}{} ('{}' then, '{}' now)", section, b.substr(0, b.find(' ')), a, b);
   }
   return {};
 }
