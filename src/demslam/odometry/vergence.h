@@ -4,6 +4,8 @@
 
 namespace demslam {
 
+/// What the window may find out about the rig. (More of its angles: Hansen, Alismail, Rander, Browning, Online continuous
+/// stereo extrinsic parameter estimation, CVPR 2012.)
 struct SelfCalibrationOptions {
   bool enabled = true;
   double vergence_sigma_deg = 0.02;              ///< against the calibration
