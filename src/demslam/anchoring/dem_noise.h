@@ -16,9 +16,8 @@ namespace demslam {
 /// slopes), so that only the shape counts. Of several levels of noise the one wins whose filtered DEM fits the patches
 /// best, whatever the spectrum of the noise: the patches have not seen the DEM. Only levels count whose noise the DEM
 /// itself shows all over (WienerFilter::noise_found): on a crest a filter that is too wide may fit in shape and be a
-/// metre too low. What was said is left only where
-/// another level fits better by far (30 % of the mean square), and never for less: a fit is no reason to trust a map
-/// more than its makers do. Old patches are slowly forgotten.
+/// metre too low. What was said is left only where another level fits better by far (30 % of the mean square), and
+/// never for less: a fit is no reason to trust a map more than its makers do. Old patches are slowly forgotten.
 class DemNoise {
  public:
   /// Of a DEM as given. Without `filter`, or where it cannot be filtered, or without `levels`, the only level is what

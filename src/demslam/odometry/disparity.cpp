@@ -13,8 +13,6 @@
 namespace demslam {
 namespace {
 
-constexpr float kLeastPx = 0.05F;
-
 /// Whole-pixel disparity that left-to-right and right-to-left searches agree on.
 std::optional<float> search_disparity(const RowSearch& to_right, const RowSearch& to_left,
                                       const Eigen::Vector2f& keypoint, const DisparityOptions& options,
@@ -46,7 +44,7 @@ Disparities find_disparities(const Image& left, const Image& right, const std::v
         fine->disparity_px > options.max_disparity_px) {
       return;
     }
-    found.disparity_px[i] = std::max(fine->disparity_px, kLeastPx);
+    found.disparity_px[i] = std::max(fine->disparity_px, kLeastDisparityPx);
     found.slope[i] = fine->slope;
   };
   oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, keypoints.size(), 64), [&](const auto& range) {

@@ -8,6 +8,9 @@
 
 namespace demslam {
 
+/// No disparity that is found is smaller: 0 stands for none.
+inline constexpr float kLeastDisparityPx = 0.05F;
+
 /// How the right image is searched for a left keypoint. The defaults suit images of 0.1 to 2 megapixels.
 struct DisparityOptions {
   double min_disparity_px = -1.0;  ///< of points far away come out around zero; what is found is at least 0.05

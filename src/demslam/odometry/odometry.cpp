@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "demslam/geometry/angle.h"
+#include "demslam/odometry/disparity.h"
 #include "demslam/odometry/frame_check.h"
 #include "demslam/odometry/guided_match.h"
 #include "demslam/odometry/window.h"
@@ -21,7 +22,6 @@ struct SearchNear {
 };
 constexpr std::array<SearchNear, 3> kSearches = {{{0.04, 0.97}, {0.12, 0.9}, {2.0, 0.9}}};
 
-constexpr float kLeastPx = 0.05F;  // a disparity, once the vergence is taken out
 constexpr int kIslandFrames = 10;  // frames tracked after a loss until the keyframe from before it is given up
 
 struct Keyframe {
@@ -364,7 +364,7 @@ std::shared_ptr<const StereoFeatures> StereoOdometry::State::without_vergence(
   auto parallel = std::make_shared<StereoFeatures>(*features);
   const auto added_px = static_cast<float>(calibrated.vergence_px());
   for (float& disparity_px : parallel->disparity_px) {
-    if (disparity_px > 0.0F) disparity_px = std::max(kLeastPx, disparity_px - added_px);
+    if (disparity_px > 0.0F) disparity_px = std::max(kLeastDisparityPx, disparity_px - added_px);
   }
   return parallel;
 }
