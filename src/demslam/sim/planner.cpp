@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <queue>
+#include <span>
 #include <utility>
 
 #include "demslam/base/error.h"
@@ -17,6 +18,8 @@ namespace {
 using Way = std::vector<Eigen::Vector2d>;
 
 constexpr float kRockCost = 30.0F;
+constexpr float kTrackShare = 0.3F;  // what a metre in the rover's own tracks costs of one beside them
+constexpr std::size_t kFreshM = 60;  // metres of the newest tracks that do not count
 constexpr float kForbidden = std::numeric_limits<float>::infinity();
 
 /// One of the two scales on which a way is sought.
@@ -92,6 +95,20 @@ void avoid_rocks(const RockPopulation& rocks, CostMap& map) {
       }
     }
   }
+}
+
+/// Makes the ground of the way so far cheaper: who comes back follows the own tracks.
+void prefer_tracks(const Way& way, CostMap& map) {
+  const Patch& nodes = map.nodes;
+  const std::size_t old = way.size() - std::min(way.size(), kFreshM);
+  std::vector<int> tracks;
+  for (const Eigen::Vector2d& p : std::span(way).first(old)) {
+    const int node = map.node_of(p);
+    if ((map.place(node) - p).norm() < nodes.step) tracks.push_back(node);  // else the map ends before it
+  }
+  std::ranges::sort(tracks);
+  tracks.erase(std::ranges::unique(tracks).begin(), tracks.end());
+  for (const int node : tracks) map.cost[node] *= kTrackShare;
 }
 
 [[noreturn]] void unreachable(const Eigen::Vector2d& goal) {
@@ -171,6 +188,7 @@ Way near_way(const Terrain& terrain, const Way& far) {
     around.push_back(way.back());
     CostMap map = cost_map(terrain, kNear, around);
     avoid_rocks(terrain.rocks(), map);
+    prefer_tracks(way, map);
     const Way leg = places(map, cheapest(map, map.node_of(way.back()), map.node_of(far[goal])));
     if (leg.empty()) unreachable(far[goal]);
     at = goal + 1 == far.size() ? goal : std::min(at + static_cast<std::size_t>(kCommitted / kFar.keep_m), goal);
