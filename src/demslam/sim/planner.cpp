@@ -19,7 +19,7 @@ using Way = std::vector<Eigen::Vector2d>;
 
 constexpr float kRockCost = 30.0F;
 constexpr float kTrackShare = 0.3F;  // what a metre in the rover's own tracks costs of one beside them
-constexpr std::size_t kFreshM = 60;  // metres of the newest tracks that do not count
+constexpr std::size_t kFresh = 60;   // of the newest nodes, which do not count as tracks
 constexpr float kForbidden = std::numeric_limits<float>::infinity();
 
 /// One of the two scales on which a way is sought.
@@ -100,7 +100,7 @@ void avoid_rocks(const RockPopulation& rocks, CostMap& map) {
 /// Makes the ground of the way so far cheaper: who comes back follows the own tracks.
 void prefer_tracks(const Way& way, CostMap& map) {
   const Patch& nodes = map.nodes;
-  const std::size_t old = way.size() - std::min(way.size(), kFreshM);
+  const std::size_t old = way.size() - std::min(way.size(), kFresh);
   std::vector<int> tracks;
   for (const Eigen::Vector2d& p : std::span(way).first(old)) {
     const int node = map.node_of(p);

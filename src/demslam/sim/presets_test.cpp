@@ -42,6 +42,22 @@ TEST_P(Preset, DrivesItsStatedLengthOverGentleGround) {
   EXPECT_LT(steepest_deg(terrain, rover, route), 25.0);
 }
 
+TEST(CraterLoop, EndsInTheRoversOwnTracks) {
+  SceneOptions scene = preset("crater_loop_1030m");
+  for (scene.seed = 1; scene.seed <= 4; ++scene.seed) {
+    const Terrain terrain(scene.terrain, scene.seed);
+    RoverOptions rover = with_known_route(terrain, scene.rover);
+    const Route route(rover);
+    rover.stop_after_m = 80.0;
+    const Route first(rover);
+    double in_tracks_m = 0.0;
+    for (double s = route.length_m() - 60.0; s < route.length_m(); s += 1.0) {
+      if (first.distance_m(route.position(s)) < 0.8) in_tracks_m += 1.0;
+    }
+    EXPECT_GT(in_tracks_m, 20.0) << "world " << scene.seed;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Long, Preset,
                          testing::Values(Stated{"polar_11km", 11000.0}, Stated{"traverse_1190m", 1190.0},
                                          Stated{"crater_loop_1030m", 1030.0}, Stated{"traverse_378m", 378.0}),
