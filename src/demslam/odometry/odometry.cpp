@@ -102,7 +102,7 @@ struct StereoOdometry::State {
         frontend(std::move(both)),
         options(all),
         dead_reckoning(options.lost, rig.T_body_left),
-        vergence(calibrated_vergence(options.self_calibration)),
+        vergence(options.method == OdometryMethod::window ? calibrated_vergence(options.self_calibration) : Vergence{}),
         window(options.motion, options.window_keyframes) {}
 
   RectifiedRig rig;         // as given
@@ -111,7 +111,7 @@ struct StereoOdometry::State {
   OdometryOptions options;
   FrozenCheck frozen_check;
   DeadReckoning dead_reckoning;
-  Vergence vergence;  // learned by the window
+  Vergence vergence;  // learned by the window; without one the calibration is believed
   Window window;      // only kept up with OdometryMethod::window
 
   std::size_t keyframes = 0;

@@ -147,6 +147,20 @@ TEST(StereoOdometry, FindsThatTheCamerasHaveTurnedAgainstEachOther) {
   }
 }
 
+TEST(StereoOdometry, ClaimsNoCalibrationWithoutAWindow) {
+  OdometryOptions options;
+  options.method = OdometryMethod::keyframe;
+  Drive by_keyframes(options);
+  options.method = OdometryMethod::window;
+  Drive by_window(options);
+  for (int i = 0; i < 2; ++i) {
+    by_keyframes.feed(i);
+    by_window.feed(i);
+  }
+  EXPECT_EQ(by_keyframes.results().back().vergence.variance_rad2, 0.0);
+  EXPECT_GT(by_window.results().back().vergence.variance_rad2, 0.0);
+}
+
 TEST(OdometryMethod, HasAWordForEach) {
   for (const OdometryMethod method : {OdometryMethod::pnp, OdometryMethod::keyframe, OdometryMethod::window}) {
     EXPECT_EQ(odometry_method(to_string(method)), method);
