@@ -95,7 +95,9 @@ class Drive {
 
 }  // namespace
 
-Estimator odometry_only() { return {.name = "odometry", .anchored = false}; }
+Estimator odometry_only() {
+  return {.name = "odometry", .anchored = false, .systematic = OdometryErrors().as_states()};
+}
 
 Estimator published_factors() {
   Estimator estimator{.name = "published factors"};

@@ -22,7 +22,7 @@ struct Estimator {
   double optimise_every_m = 10.0;  ///< while driving; a batch over everything closes the run
 };
 
-Estimator odometry_only();
+Estimator odometry_only();         ///< its systematic errors as states that nothing tells: they widen the covariance
 Estimator published_factors();     ///< height with its vertical Jacobian, normal
 Estimator full_gradient();         ///< height and normal with theirs
 Estimator full_gradient_states();  ///< gated, and the odometry's systematic errors as states

@@ -41,13 +41,6 @@ bool has_accepted(const std::vector<LoopResult>& loops) {
   return std::ranges::any_of(loops, [](const LoopResult& loop) { return loop.status == LoopStatus::accepted; });
 }
 
-/// Nothing but a map can tell the odometry's systematic errors; without one, states for them only loosen the graph.
-PoseGraphOptions graph_options(const SlamOptions& options, bool has_dem) {
-  PoseGraphOptions graph = options.graph;
-  graph.systematic.enabled = graph.systematic.enabled && has_dem;
-  return graph;
-}
-
 }  // namespace
 
 struct Backend::State {
@@ -78,7 +71,7 @@ struct Backend::State {
         features(std::move(stored)),
         dem(std::move(elevation)),
         start(prior),
-        graph(graph_options(o, dem != nullptr)),
+        graph(o.graph),
         loops(o.loops, rig.T_body_left, verifier(), look_alikes()),
         relocaliser(o.loops, rig.T_body_left) {
     if (!dem) return;

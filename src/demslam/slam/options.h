@@ -13,7 +13,8 @@ namespace demslam {
 struct SlamOptions {
   FrontendOptions frontend;
   OdometryOptions odometry;
-  PoseGraphOptions graph{.systematic = {.enabled = true}};  ///< without a DEM there are no systematic states
+  /// Without a DEM or the sun nothing tells the systematic errors; their states then keep the covariance true.
+  PoseGraphOptions graph{.systematic = {.enabled = true}};
   LoopOptions loops;
   AnchoringOptions anchoring{.filter_dem = true,
                              .estimate_noise = true,
