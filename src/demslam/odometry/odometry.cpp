@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <ranges>
 
 #include "demslam/geometry/angle.h"
 #include "demslam/odometry/disparity.h"
@@ -21,6 +22,27 @@ struct SearchNear {
   double radius, ratio;
 };
 constexpr std::array<SearchNear, 3> kSearches = {{{0.04, 0.97}, {0.12, 0.9}, {2.0, 0.9}}};
+
+/// A consensus of few among many matches is believed if half as many points again, and so many times those that a
+/// motion needs at least, are then found by their patches: about a wrong motion patches fit no better than by chance.
+constexpr double kWitnesses = 1.5;
+constexpr int kLeastWitnesses = 4;
+
+/// Over a crater's rim a rover rolls and pitches as no prediction foresees: by so much about each axis, the least turns
+/// first. The narrow search reaches half of it.
+std::vector<Pose> unforeseen_turns() {
+  constexpr double kTurnDeg = 5.0;
+  std::vector<Eigen::Vector3d> turns;
+  for (int k = 0; k < 27; ++k) turns.emplace_back(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+  std::ranges::stable_sort(turns, {}, [](const Eigen::Vector3d& turn) { return turn.squaredNorm(); });
+  std::vector<Pose> poses;
+  for (const Eigen::Vector3d& turn : turns | std::views::drop(1)) {  // without the turn by nothing
+    Vector6d twist = Vector6d::Zero();
+    twist.head<3>() = kTurnDeg * kRadPerDeg * turn;
+    poses.push_back(Pose::exp(twist));
+  }
+  return poses;
+}
 
 constexpr int kIslandFrames = 10;  // frames tracked after a loss until the keyframe from before it is given up
 
@@ -138,6 +160,7 @@ struct StereoOdometry::State {
   bool track(OdometryResult& result);
   bool track_against(const View& view, OdometryResult& result);
   Motion search_near(const View& view, const Pose& guess, const Motion& failed) const;
+  std::optional<Motion> search_near(const View& view, const Pose& guess, const SearchNear& search) const;
   std::string refusal(const Motion& motion) const;
   Motion with_support(Motion motion, TimestampNs from_ns, TimestampNs to_ns) const;
   void tie_to_keyframe(OdometryResult& result) const;
@@ -232,12 +255,25 @@ bool StereoOdometry::State::track_against(const View& view, OdometryResult& resu
 /// Where the whole image had too many rivals. Keeps what was found there if this finds no motion either.
 Motion StereoOdometry::State::search_near(const View& view, const Pose& guess, const Motion& failed) const {
   for (const SearchNear& search : kSearches) {
-    const auto matches =
-        match_near(calibrated, *view.view.features, *current.features, guess, search.radius * rig.width, search.ratio);
-    const Motion motion = estimate_motion(calibrated, matches, options.motion, &guess);
-    if (refusal(motion).empty()) return motion;
+    if (const auto found = search_near(view, guess, search)) return *found;
+  }
+  for (const Pose& turn : unforeseen_turns()) {
+    if (const auto found = search_near(view, guess * turn, kSearches.front())) return *found;
   }
   return failed;
+}
+
+std::optional<Motion> StereoOdometry::State::search_near(const View& view, const Pose& guess,
+                                                         const SearchNear& search) const {
+  const auto matches =
+      match_near(calibrated, *view.view.features, *current.features, guess, search.radius * rig.width, search.ratio);
+  const Motion motion = estimate_motion(calibrated, matches, options.motion, &guess);
+  if (refusal(motion).empty()) return motion;
+  if (options.method == OdometryMethod::pnp || !motion.ok) return std::nullopt;
+  const Motion witnessed = refine_directly(calibrated, view.view, current, motion, options.motion);
+  const double enough = std::max(kWitnesses * motion.inliers, 1.0 * kLeastWitnesses * options.motion.min_inliers);
+  if (witnessed.inliers < enough || !refusal(witnessed).empty()) return std::nullopt;
+  return witnessed;
 }
 
 /// Why a motion is not to be trusted; empty when it is. Where the matches are right nearly all agree; a consensus of
