@@ -26,7 +26,7 @@ constexpr std::array<SearchNear, 3> kSearches = {{{0.04, 0.97}, {0.12, 0.9}, {2.
 /// A consensus of few among many matches is believed if half as many points again, and so many times those that a
 /// motion needs at least, are then found by their patches: about a wrong motion patches fit no better than by chance.
 constexpr double kWitnesses = 1.5;
-constexpr int kLeastWitnesses = 4;
+constexpr int kLeastWitnesses = 5;
 
 /// Over a crater's rim a rover rolls and pitches as no prediction foresees: by so much about each axis, the least turns
 /// first. The narrow search reaches half of it.
