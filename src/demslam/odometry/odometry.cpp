@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <optional>
-#include <ranges>
 
 #include "demslam/geometry/angle.h"
 #include "demslam/odometry/disparity.h"
@@ -23,10 +22,9 @@ struct SearchNear {
 };
 constexpr std::array<SearchNear, 3> kSearches = {{{0.04, 0.97}, {0.12, 0.9}, {2.0, 0.9}}};
 
-/// A consensus of few among many matches is believed if half as many points again, and so many times those that a
-/// motion needs at least, are then found by their patches: about a wrong motion patches fit no better than by chance.
-constexpr double kWitnesses = 1.5;
-constexpr int kLeastWitnesses = 5;
+/// A consensus of few among many matches is believed if half as many points again, and a tenth of all that have a
+/// depth, are then found by their patches: about a wrong motion patches fit no better than by chance.
+constexpr double kWitnesses = 1.5, kWitnessShare = 0.1;
 
 /// Over a crater's rim a rover rolls and pitches as no prediction foresees: by so much about each axis, the least turns
 /// first. The narrow search reaches half of it.
@@ -36,7 +34,7 @@ std::vector<Pose> unforeseen_turns() {
   for (int k = 0; k < 27; ++k) turns.emplace_back(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
   std::ranges::stable_sort(turns, {}, [](const Eigen::Vector3d& turn) { return turn.squaredNorm(); });
   std::vector<Pose> poses;
-  for (const Eigen::Vector3d& turn : turns | std::views::drop(1)) {  // without the turn by nothing
+  for (const Eigen::Vector3d& turn : turns) {
     Vector6d twist = Vector6d::Zero();
     twist.head<3>() = kTurnDeg * kRadPerDeg * turn;
     poses.push_back(Pose::exp(twist));
@@ -257,8 +255,11 @@ Motion StereoOdometry::State::search_near(const View& view, const Pose& guess, c
   for (const SearchNear& search : kSearches) {
     if (const auto found = search_near(view, guess, search)) return *found;
   }
+  const Pose unturned(Eigen::Quaterniond::Identity(), guess.translation());
   for (const Pose& turn : unforeseen_turns()) {
-    if (const auto found = search_near(view, guess * turn, kSearches.front())) return *found;
+    for (const Pose& from : {guess, unturned}) {
+      if (const auto found = search_near(view, from * turn, kSearches.front())) return *found;
+    }
   }
   return failed;
 }
@@ -271,7 +272,8 @@ std::optional<Motion> StereoOdometry::State::search_near(const View& view, const
   if (refusal(motion).empty()) return motion;
   if (options.method == OdometryMethod::pnp || !motion.ok) return std::nullopt;
   const Motion witnessed = refine_directly(calibrated, view.view, current, motion, options.motion);
-  const double enough = std::max(kWitnesses * motion.inliers, 1.0 * kLeastWitnesses * options.motion.min_inliers);
+  const auto points = std::ranges::count_if(view.view.features->disparity_px, [](float d) { return d > 0.0F; });
+  const double enough = std::max(kWitnesses * motion.inliers, kWitnessShare * static_cast<double>(points));
   if (witnessed.inliers < enough || !refusal(witnessed).empty()) return std::nullopt;
   return witnessed;
 }
