@@ -128,16 +128,16 @@ std::vector<std::pair<std::size_t, Pose>> Liar::at(const PoseGraph& graph) {
   const std::size_t j = graph.size() - 1;
   std::vector<std::pair<std::size_t, Pose>> lies;
   if (j < kFirst) return lies;
-  constexpr double kGate = 22.46;
+  const double gate = LoopOptions().gate;
   for (int n = count(random_rate_); n > 0; --n) lies.emplace_back(old_keyframe(j), anywhere_in_view());
   for (int n = count(near_rate_); n > 0; --n) {
     const std::size_t i = old_keyframe(j);
-    lies.emplace_back(i, off_by(graph, i, random_.uniform(0.3, 1.5) * kGate));
+    lies.emplace_back(i, off_by(graph, i, random_.uniform(0.3, 1.5) * gate));
   }
   for (int n = count(group_rate_); n > 0; --n) {
     const std::size_t i = old_keyframe(j);
     const bool within_reach = groups_ % 2 == 0;  // half of them where the graph may just believe it, half anywhere
-    const Pose T_i_j = within_reach ? off_by(graph, i, random_.uniform(0.3, 1.5) * kGate) : anywhere_in_view();
+    const Pose T_i_j = within_reach ? off_by(graph, i, random_.uniform(0.3, 1.5) * gate) : anywhere_in_view();
     open_.push_back(
         {i, truth_[i] * T_i_j * truth_[j].inverse(), sizes_[static_cast<std::size_t>(groups_) % sizes_.size()]});
     ++groups_;
