@@ -19,8 +19,8 @@ struct LoopOptions {
   double max_heading_difference_deg = 50.0;  ///< the cameras must see the same side
   int max_candidates = 3;                    ///< verified per keyframe, nearest first
   int min_inliers = 25;
-  double gate = 44.9;  ///< chi-square against the graph: 6 degrees of freedom, 99.9 %, of twice the covariance, since what
-                       ///< odometry adds up over kilometres is not known any better
+  double gate = 44.9;  ///< chi-square against the graph: 6 degrees of freedom, 99.9 %, of twice the covariance, since
+                       ///< what odometry adds up over kilometres is not known any better
   double sigma_floor_m = 0.02,
          sigma_floor_deg = 0.1;       ///< added to the measured covariance: matched points share errors
   int confirming_keyframes = 3;       ///< a loop counts once loops of this many keyframes agree, its own included,
