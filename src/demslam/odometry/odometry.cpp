@@ -42,6 +42,10 @@ std::vector<Pose> unforeseen_turns() {
   return poses;
 }
 
+int points_with_depth(const StereoFeatures& features) {
+  return static_cast<int>(std::ranges::count_if(features.disparity_px, [](float d) { return d > 0.0F; }));
+}
+
 constexpr int kIslandFrames = 10;  // frames tracked after a loss until the keyframe from before it is given up
 
 struct Keyframe {
@@ -208,8 +212,7 @@ void StereoOdometry::State::look_at(Observation observation, OdometryResult& res
   current = std::move(observation.view);
   result.features = current.features;
   result.keypoints = static_cast<int>(current.features->left.size());
-  result.stereo_points =
-      static_cast<int>(std::ranges::count_if(current.features->disparity_px, [](float d) { return d > 0; }));
+  result.stereo_points = points_with_depth(*current.features);
 }
 
 /// Tries what the frame may still share a view with: what was seen before a loss; the last frame, which is nearest; the
@@ -272,8 +275,7 @@ std::optional<Motion> StereoOdometry::State::search_near(const View& view, const
   if (refusal(motion).empty()) return motion;
   if (options.method == OdometryMethod::pnp || !motion.ok) return std::nullopt;
   const Motion witnessed = refine_directly(calibrated, view.view, current, motion, options.motion);
-  const auto points = std::ranges::count_if(view.view.features->disparity_px, [](float d) { return d > 0.0F; });
-  const double enough = std::max(kWitnesses * motion.inliers, kWitnessShare * static_cast<double>(points));
+  const double enough = std::max(kWitnesses * motion.inliers, kWitnessShare * points_with_depth(*view.view.features));
   if (witnessed.inliers < enough || !refusal(witnessed).empty()) return std::nullopt;
   return witnessed;
 }
