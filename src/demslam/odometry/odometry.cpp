@@ -30,10 +30,13 @@ constexpr double kWitnesses = 1.5, kWitnessShare = 0.1;
 /// first. The narrow search reaches half of it.
 std::vector<Pose> unforeseen_turns() {
   constexpr double kTurnDeg = 5.0;
+  constexpr int kTurns = 27;
   std::vector<Eigen::Vector3d> turns;
-  for (int k = 0; k < 27; ++k) turns.emplace_back(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+  turns.reserve(kTurns);
+  for (int k = 0; k < kTurns; ++k) turns.emplace_back(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
   std::ranges::stable_sort(turns, {}, [](const Eigen::Vector3d& turn) { return turn.squaredNorm(); });
   std::vector<Pose> poses;
+  poses.reserve(kTurns);
   for (const Eigen::Vector3d& turn : turns) {
     Vector6d twist = Vector6d::Zero();
     twist.head<3>() = kTurnDeg * kRadPerDeg * turn;
@@ -271,10 +274,10 @@ std::optional<Motion> StereoOdometry::State::search_near(const View& view, const
                                                          const SearchNear& search) const {
   const auto matches =
       match_near(calibrated, *view.view.features, *current.features, guess, search.radius * rig.width, search.ratio);
-  const Motion motion = estimate_motion(calibrated, matches, options.motion, &guess);
+  Motion motion = estimate_motion(calibrated, matches, options.motion, &guess);
   if (refusal(motion).empty()) return motion;
   if (options.method == OdometryMethod::pnp || !motion.ok) return std::nullopt;
-  const Motion witnessed = refine_directly(calibrated, view.view, current, motion, options.motion);
+  Motion witnessed = refine_directly(calibrated, view.view, current, motion, options.motion);
   const double enough = std::max(kWitnesses * motion.inliers, kWitnessShare * points_with_depth(*view.view.features));
   if (witnessed.inliers < enough || !refusal(witnessed).empty()) return std::nullopt;
   return witnessed;
