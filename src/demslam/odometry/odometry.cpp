@@ -1,7 +1,6 @@
 #include "demslam/odometry/odometry.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -9,45 +8,11 @@
 #include "demslam/geometry/angle.h"
 #include "demslam/odometry/disparity.h"
 #include "demslam/odometry/frame_check.h"
-#include "demslam/odometry/guided_match.h"
+#include "demslam/odometry/motion_search.h"
 #include "demslam/odometry/window.h"
 
 namespace demslam {
 namespace {
-
-/// Around where a point is predicted: part of the image's width, and Lowe's ratio. A good prediction needs little else;
-/// at last everywhere, for a learned matcher may know nothing of a turn that nearest neighbours still tell.
-struct SearchNear {
-  double radius, ratio;
-};
-constexpr std::array<SearchNear, 3> kSearches = {{{0.04, 0.97}, {0.12, 0.9}, {2.0, 0.9}}};
-
-/// A consensus of few among many matches is believed if half as many points again, and a tenth of all that have a
-/// depth, are then found by their patches: about a wrong motion patches fit no better than by chance.
-constexpr double kWitnesses = 1.5, kWitnessShare = 0.1;
-
-/// Over a crater's rim a rover rolls and pitches as no prediction foresees: by so much about each axis, the least turns
-/// first. The narrow search reaches half of it.
-std::vector<Pose> unforeseen_turns() {
-  constexpr double kTurnDeg = 5.0;
-  constexpr int kTurns = 27;
-  std::vector<Eigen::Vector3d> turns;
-  turns.reserve(kTurns);
-  for (int k = 0; k < kTurns; ++k) turns.emplace_back(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-  std::ranges::stable_sort(turns, {}, [](const Eigen::Vector3d& turn) { return turn.squaredNorm(); });
-  std::vector<Pose> poses;
-  poses.reserve(kTurns);
-  for (const Eigen::Vector3d& turn : turns) {
-    Vector6d twist = Vector6d::Zero();
-    twist.head<3>() = kTurnDeg * kRadPerDeg * turn;
-    poses.push_back(Pose::exp(twist));
-  }
-  return poses;
-}
-
-int points_with_depth(const StereoFeatures& features) {
-  return static_cast<int>(std::ranges::count_if(features.disparity_px, [](float d) { return d > 0.0F; }));
-}
 
 constexpr int kIslandFrames = 10;  // frames tracked after a loss until the keyframe from before it is given up
 
@@ -164,9 +129,6 @@ struct StereoOdometry::State {
   void look_at(Observation observation, OdometryResult& result);
   bool track(OdometryResult& result);
   bool track_against(const View& view, OdometryResult& result);
-  Motion search_near(const View& view, const Pose& guess, const Motion& failed) const;
-  std::optional<Motion> search_near(const View& view, const Pose& guess, const SearchNear& search) const;
-  std::string refusal(const Motion& motion) const;
   Motion with_support(Motion motion, TimestampNs from_ns, TimestampNs to_ns) const;
   void tie_to_keyframe(OdometryResult& result) const;
   bool is_jump(const View& view, const Pose& T_view_left, TimestampNs t_ns) const;
@@ -235,14 +197,16 @@ bool StereoOdometry::State::track_against(const View& view, OdometryResult& resu
   const Pose guess = predict(view, result.t_ns);
   Motion motion =
       estimate_motion(calibrated, *view.view.features, *current.features, *frontend.matcher, options.motion, &guess);
-  if (!refusal(motion).empty()) motion = search_near(view, guess, motion);
   const bool by_patches = options.method != OdometryMethod::pnp;
+  if (!refusal(motion, options.motion).empty()) {
+    motion = search_motion(calibrated, view.view, current, guess, options.motion, by_patches).value_or(motion);
+  }
   if (motion.ok && by_patches) motion = refine_directly(calibrated, view.view, current, motion, options.motion);
   motion = with_support(std::move(motion), view.t_ns, result.t_ns);
   result.matches = motion.matches;
   result.inliers = motion.inliers;
   result.rms_px = motion.rms_px;
-  result.reason = refusal(motion);
+  result.reason = refusal(motion, options.motion);
   if (!result.reason.empty()) return false;
   if (is_jump(view, motion.T_a_b, result.t_ns)) {
     result.reason = "jump";
@@ -254,42 +218,6 @@ bool StereoOdometry::State::track_against(const View& view, OdometryResult& resu
   result.covariance = compose_covariance(view.covariance, motion.T_a_b, motion.covariance);
   if (view.keyframe == keyframe.index && view.t_ns > keyframe.t_ns) tie_to_keyframe(result);
   return true;
-}
-
-/// Where the whole image had too many rivals. Keeps what was found there if this finds no motion either.
-Motion StereoOdometry::State::search_near(const View& view, const Pose& guess, const Motion& failed) const {
-  for (const SearchNear& search : kSearches) {
-    if (const auto found = search_near(view, guess, search)) return *found;
-  }
-  const Pose unturned(Eigen::Quaterniond::Identity(), guess.translation());
-  for (const Pose& turn : unforeseen_turns()) {
-    for (const Pose& from : {guess, unturned}) {
-      if (const auto found = search_near(view, from * turn, kSearches.front())) return *found;
-    }
-  }
-  return failed;
-}
-
-std::optional<Motion> StereoOdometry::State::search_near(const View& view, const Pose& guess,
-                                                         const SearchNear& search) const {
-  const auto matches =
-      match_near(calibrated, *view.view.features, *current.features, guess, search.radius * rig.width, search.ratio);
-  Motion motion = estimate_motion(calibrated, matches, options.motion, &guess);
-  if (refusal(motion).empty()) return motion;
-  if (options.method == OdometryMethod::pnp || !motion.ok) return std::nullopt;
-  Motion witnessed = refine_directly(calibrated, view.view, current, motion, options.motion);
-  const double enough = std::max(kWitnesses * motion.inliers, kWitnessShare * points_with_depth(*view.view.features));
-  if (witnessed.inliers < enough || !refusal(witnessed).empty()) return std::nullopt;
-  return witnessed;
-}
-
-/// Why a motion is not to be trusted; empty when it is. Where the matches are right nearly all agree; a consensus of
-/// few among many is an accident of the search.
-std::string StereoOdometry::State::refusal(const Motion& motion) const {
-  if (!motion.ok) return motion.reason;
-  if (motion.inliers >= options.motion.min_inlier_ratio * motion.matches) return {};
-  return "too few of the matches agree (" + std::to_string(motion.inliers) + " of " + std::to_string(motion.matches) +
-         ")";
 }
 
 /// Points that are all far away, as where the near ground lies in shadow, leave the translation open: dead reckoning
@@ -313,7 +241,7 @@ void StereoOdometry::State::tie_to_keyframe(OdometryResult& result) const {
                      .inliers = options.motion.min_inliers};
   const Motion tied = with_support(refine_directly(calibrated, keyframe.view, current, guess, options.motion),
                                    keyframe.t_ns, result.t_ns);
-  const bool found = tied.matches > 0 && refusal(tied).empty();
+  const bool found = tied.matches > 0 && refusal(tied, options.motion).empty();
   result.inliers = found ? tied.inliers : 0;
   if (!found) return;
   result.matches = tied.matches;
